@@ -1,0 +1,57 @@
+// gnomon 0.1 - shadow-map partitions. MIT licence. https://opensource.org/licenses/MIT
+//
+// description: the uniform block that gnomon's solver fills and its shaders read. This one text is compiled as GLSL and as
+//              C++: only mat4, vec4, uvec4, arrays and structs of them, so that std140 and C++ agree.
+// use:         #include it (or any other gnomon_*.glsl, which do); upload Solution::block; bind it to block gnomonUniforms.
+// options:     GNOMON_MAX_PARTITIONS  maps a shader can hold, 1 to 16 (default 16); the array is last, so a smaller one is a prefix
+//              GNOMON_BINDING         binding of the uniform block, GLSL 420 / ES 310 and later (default: none, the host binds by name)
+//              GNOMON_NO_UNIFORM      define it to declare your own blocks, one for each light:
+//                                     layout(std140) uniform Sun { GnomonBlock sun; };
+// needs:       #version 330 core
+//
+// Spaces: "world" below is world - origin (the camera's position unless the solver was asked for world space).
+#ifndef GNOMON_BLOCK_GLSL
+#define GNOMON_BLOCK_GLSL
+
+#ifndef GNOMON_MAX_PARTITIONS
+#define GNOMON_MAX_PARTITIONS 16
+#endif
+#define GNOMON_LAYOUT_VERSION 1
+
+#define GNOMON_FLAG_VIEW_DEPTH 1u   // window depth cannot tell the splits apart: select by view depth
+#define GNOMON_FLAG_DEPTH_CLAMP 2u  // casters before the depth range must be clamped onto it
+
+struct GnomonPartition {
+  mat4 clipFromWorld;   // draw with it
+  mat4 atlasFromWorld;  // look up with it: xy atlas uv, z stored depth (0 to 1), after division by w
+  vec4 viewport;        // x, y, width, height, in texels of the atlas; rows counted from v = 0
+  vec4 uvBounds;        // least u, least v, greatest u, greatest v of the viewport
+  vec4 interval;        // xy: view depth served; zw: window depth times depthRule.x served; padded where no partition adjoins
+  vec4 texel;           // x: layer; y: longest stretch of a texel, world units, where w = 1; z: stored depth per world unit towards the light, where w = 1
+};
+
+struct GnomonBlock {
+  uvec4 info;            // count of partitions, GNOMON_FLAG bits, layout version, layers
+  vec4 atlas;            // width, height, 1/width, 1/height, in texels
+  vec4 origin;           // xyz: origin rounded to float32; w: 0
+  vec4 originRest;       // xyz: origin - float32(origin); w: 0
+  vec4 lightDirection;   // xyz: unit, world, from the light to the scene; w: 0
+  vec4 viewPlane;        // view depth of a world point p: dot(xyz, p) + w
+  vec4 depthRule;        // x: +1, or -1 for reversed depth; y: view depth where shadows begin to fade; z: where they end; w: 1/(z - y), or 0
+  vec4 bias;             // x: slope, y: constant (C++ struct Bias); zw: 0
+  vec4 windowStart[4];   // window depth times depthRule.x at which partition 4 i + j begins; 3e38 where there is none
+  vec4 viewStart[4];     // the same in view depth
+  GnomonPartition partitions[GNOMON_MAX_PARTITIONS];
+};
+
+#ifndef __cplusplus
+#ifndef GNOMON_NO_UNIFORM
+#ifdef GNOMON_BINDING
+layout(std140, binding = GNOMON_BINDING) uniform gnomonUniforms { GnomonBlock gnomon; };
+#else
+layout(std140) uniform gnomonUniforms { GnomonBlock gnomon; };
+#endif
+#endif
+#endif
+
+#endif

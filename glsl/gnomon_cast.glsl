@@ -1,0 +1,46 @@
+// gnomon 0.1 - shadow-map partitions. MIT licence. https://opensource.org/licenses/MIT
+//
+// description: the draw side: where a caster goes in a partition's map. One pass for each map (viewport and scissor set by the
+//              host), or all maps in one pass: by layer or viewport index, or in an atlas with clip distances.
+// use:         one pass each:   gl_Position = gnomonCastPosition(gnomon, index, world);
+//              one pass, array: the same with gl_Layer = gnomonCastLayer(gnomon, index)  (geometry stage, or the vertex stage where
+//                               the device has ARB_shader_viewport_layer_array)
+//              one pass, atlas: gl_Position = gnomonCastAtlas(gnomon, index, world); the whole atlas is the viewport, and
+//                               vec4 d = gnomonCastClip(gnomon, index, world); gl_ClipDistance[0..3] = d.x, d.y, d.z, d.w;
+//              depth clamp where the API has none: gl_Position = gnomonCastFlat(position) and, in the fragment stage,
+//                               gl_FragDepth = gnomonCastDepth(depth) of the depth that gnomonCastWindowDepth gave the vertex
+//                               (interpolate it noperspective, or smooth: w is constant on a flat map)
+// needs:       #version 330 core
+#ifndef GNOMON_CAST_GLSL
+#define GNOMON_CAST_GLSL
+
+#include "gnomon_block.glsl"
+
+// Clip position of a caster in its own map. world: world - origin. index: 0 to info.x - 1.
+vec4 gnomonCastPosition(GnomonBlock block, int index, vec3 world) { return block.partitions[index].clipFromWorld * vec4(world, 1.0); }
+
+// Layer of an array texture.
+int gnomonCastLayer(GnomonBlock block, int index) { return int(block.partitions[index].texel.x); }
+
+// Clip position of a caster in the whole atlas (y up, v = 0 at clip y = -1; negate y where your API's clip space has y down).
+vec4 gnomonCastAtlas(GnomonBlock block, int index, vec3 world) {
+  vec4 own = gnomonCastPosition(block, index, world);
+  vec4 atlas = block.partitions[index].atlasFromWorld * vec4(world, 1.0);
+  return vec4(2.0 * atlas.xy - own.w, own.z, own.w);
+}
+
+// Distances to the four sides of the map, >= 0 inside: left, right, down, up.
+vec4 gnomonCastClip(GnomonBlock block, int index, vec3 world) {
+  vec4 own = gnomonCastPosition(block, index, world);
+  return vec4(own.w + own.x, own.w - own.x, own.w + own.y, own.w - own.y);
+}
+
+// Depth clamp by fragment depth.
+float gnomonCastWindowDepth(GnomonBlock block, int index, vec3 world) {
+  vec4 atlas = block.partitions[index].atlasFromWorld * vec4(world, 1.0);
+  return atlas.z / atlas.w;
+}
+vec4 gnomonCastFlat(vec4 clip) { return vec4(clip.xy, 0.5 * clip.w, clip.w); }
+float gnomonCastDepth(float windowDepth) { return clamp(windowDepth, 0.0, 1.0); }
+
+#endif

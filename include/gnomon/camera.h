@@ -1,0 +1,46 @@
+// camera: from what an engine holds to a Camera, and a camera's depth buffer as a function of view depth.
+//
+// Based on: [Zhang 2006, sec. 3.6, eq. 8] with the errata: the printed f/(f-n) (n - 1/C) holds only at n = 1; right is
+// f/(f-n) (1 - n/C), and n, f are the projection's own, never the shadowed region's.
+// Differences from the paper: asymmetric, orthographic and infinite projections, three depth conventions.
+// Shader part: none.
+// Test: tests/camera_test.cpp
+#pragma once
+
+#include "gnomon/types.h"
+
+namespace gnomon {
+
+// A symmetric perspective camera. fovY: whole vertical angle, radians, in (0, pi); aspect: width over height, > 0.
+// Bad values are kept, and refused by the solve.
+[[nodiscard]] Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs,
+                                 double fovY, double aspect, double near, double far) noexcept;
+
+// An orthographic camera. height: of the view, world units, > 0; near may be <= 0.
+[[nodiscard]] Camera orthographic(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs,
+                                  double height, double aspect, double near, double far) noexcept;
+
+// A camera from an engine's matrices (column vectors; either handedness, mirrored or not, any of the three depths).
+// viewFromWorld must be rigid (to 1e-3, so float32 passes). Temporal jitter is taken out: an off-centre of under one
+// pixel of `image` counts as jitter and is dropped; where the projection is off-centre by more, give the jitter in
+// jitterNdc (normalised device units, as it was added to clip x/w and y/w). An infinite far is recognised.
+// Errors: cameraViewMatrix, cameraProjectionMatrix (not a projection, or not in this depth convention).
+[[nodiscard]] Status cameraFromMatrices(const glm::dmat4& viewFromWorld, const glm::dmat4& clipFromView, DepthConvention depth,
+                                        const ImageSize& image, const glm::dvec2& jitterNdc, Camera& camera) noexcept;
+
+// Errors: the camera* statuses; `value` receives the number refused.
+[[nodiscard]] Status validate(const Camera& camera, double& value) noexcept;
+
+// The view depth where the shadowed range ends: the far plane or the shadow distance, whichever is nearer.
+[[nodiscard]] double shadowFar(const Camera& camera) noexcept;
+
+// gl_FragCoord.z at a view depth > 0 (any, if orthographic): 0 to 1, from 1 to 0 for reversed depth.  [Zhang 2006, eq. 8 corrected]
+[[nodiscard]] double windowDepth(const Camera& camera, double viewDepth) noexcept;
+
+// How far two view depths near this one may lie apart and still share a float32 depth value: world units, >= 0.
+[[nodiscard]] double depthQuantum(const Camera& camera, double viewDepth) noexcept;
+
+// The width of a pixel at a view depth, w_i, world units.  [Lloyd 2006, eq. 2 corrected: the length, without 1/n]
+[[nodiscard]] double pixelWidth(const Camera& camera, const ImageSize& image, double viewDepth) noexcept;
+
+}  // namespace gnomon

@@ -1,0 +1,8 @@
+// gnomon: everything a renderer needs, in one include.
+#pragma once
+
+#include "gnomon/block.h"
+#include "gnomon/camera.h"
+#include "gnomon/lookup.h"
+#include "gnomon/pssm.h"
+#include "gnomon/types.h"

@@ -1,0 +1,83 @@
+// region: what must be shadowed, as convex cells in view space and as the intervals of view depth they fill.
+//
+// The view volume up to the shadow distance, cut by the half-spaces and, where receivers are given, by each of their boxes:
+// one cell for each box. Nothing allocates: a cell that would overflow keeps what it had (it covers more) and says so.
+// Based on: [Zhang 2006, sec. 3.4] (focusing on what is shadow relevant), [Lauritzen 2010] (depth gaps are real).
+// Shader part: none.
+// Test: tests/region_test.cpp
+#pragma once
+
+#include <glm/mat3x3.hpp>
+
+#include "gnomon/types.h"
+
+namespace gnomon {
+
+inline constexpr int kMaxCellVertices = 64;
+inline constexpr int kMaxCellEdges = 96;
+inline constexpr int kMaxCellPlanes = 32;
+inline constexpr int kMaxSpans = 32;
+
+// A half-space normal . p + offset >= 0. The normal need not be unit.
+struct Plane {
+  glm::dvec3 normal;
+  double offset;
+};
+
+// A convex polytope: vertices, and edges that know the two faces (planes) they lie between. May be flat.
+struct Cell {
+  struct Edge {
+    std::uint8_t from, to;    // vertices
+    std::uint8_t left, right; // planes
+  };
+  int vertexCount = 0, edgeCount = 0, planeCount = 0;
+  glm::dvec3 vertices[kMaxCellVertices];
+  Edge edges[kMaxCellEdges];
+  Plane planes[kMaxCellPlanes];
+};
+
+enum class Cut : std::uint8_t {
+  outside,  // nothing is left
+  inside,   // the plane cuts nothing
+  cut,      // the plane is a new face
+  kept,     // not cut: no room, or rounding leaves the cut undecided; the cell still covers what it should
+};
+
+// Cuts the cell to a half-space. Vertices within rounding of the plane count as inside.
+// magnitude: size of the terms that the plane's offset was computed from, for that rounding.
+Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept;
+
+// The eight corners of a box given by its least and greatest coordinates along three axes, as a cell.
+void boxCell(const glm::dvec3& least, const glm::dvec3& greatest, const glm::dmat3& axes, Cell& cell) noexcept;
+
+// An interval of view depth, closed.
+struct DepthSpan {
+  double near, far;
+};
+
+struct Region {
+  glm::dmat3 worldFromView{1.0};  // columns: right, up, forward
+  glm::dvec3 eyeWs{0.0};
+  Camera camera;                  // as given
+  ImageSize image;
+  double near = 0.0, far = 0.0;   // view depths of the shadowed volume, before receivers
+  std::span<const Box> receivers;
+  Cell volume;                    // view volume and half-spaces; no vertices: empty
+  int spanCount = 0;              // 0: nothing to shadow
+  DepthSpan spans[kMaxSpans];     // disjoint, ascending; closest ones joined where there are more
+  std::uint32_t warnings = 0;
+};
+
+// Builds the region of a frame whose camera is valid. Errors: receiverBox, halfSpace (index, value: what was refused).
+[[nodiscard]] Status makeRegion(const Frame& frame, Region& region, int& index, double& value) noexcept;
+
+// How many cells the region has: one for each receiver box, or the view volume alone.
+[[nodiscard]] int cellCount(const Region& region) noexcept;
+
+// The i-th cell, in view space. False where it is empty.
+[[nodiscard]] bool makeCell(const Region& region, int i, Cell& cell) noexcept;
+
+// Checks boxes: finite, min <= max. Returns the index of the first bad one or -1; value: what was wrong.
+[[nodiscard]] int badBox(std::span<const Box> boxes, double& value) noexcept;
+
+}  // namespace gnomon

@@ -1,0 +1,50 @@
+// split: view depths at which one map ends and the next begins.
+//
+// Based on: [Zhang 2006, sec. 3.3, eq. 4 logarithmic, 5 uniform, 6 and 7 practical].
+// Differences from the paper: eq. 7's bias moves interior planes only, so that the ends stay n and f; lambda weighs the
+// two schemes (the paper's eq. 6 is lambda = 1/2); depth ranges without receivers get no partition: the fewest, least
+// ratios cover what is left, and the paper's formula spaces the planes inside each stretch. An orthographic view has one
+// pixel width for all depths, so the argument of eq. 1 to 3 leads to uniform planes and every scheme but explicit gives them.
+// Shader part: none.
+// Test: tests/split_test.cpp
+#pragma once
+
+#include <span>
+
+#include "gnomon/region.h"
+#include "gnomon/types.h"
+
+namespace gnomon {
+
+enum class SplitScheme : std::uint8_t { uniform, logarithmic, practical, explicitDepths };
+
+struct SplitSettings {
+  SplitScheme scheme = SplitScheme::logarithmic;
+  double lambda = 0.5;                // practical: weight of the logarithmic planes [0, 1]
+  double bias = 0.0;                  // practical: added to interior planes, world units [>= 0]
+  std::span<const double> depths;     // explicitDepths: interior view depths, strictly increasing
+  int count = 0;                      // partitions [1, Budget::partitions]; 0: as many as the budget allows
+  bool automatic = false;             // the least count whose predicted error meets Budget::targetError; count is then ignored
+};
+
+// Depth intervals to serve, in order, disjoint; each ends where the next begins unless receivers leave a gap.
+struct Splits {
+  int count = 0;
+  DepthSpan slices[kMaxPartitions];
+};
+
+// Errors: splitLambda, splitBias, splitExplicit, splitCount, splitBiasOrder (the bias moves a plane past far or another plane).
+[[nodiscard]] Status validate(const SplitSettings& settings, const Budget& budget, double& value, int& index) noexcept;
+
+// Splits the region's depth spans into at most `count` slices; fewer where a slice would hold nothing.
+// refused: the plane that broke the order, where the answer is splitBiasOrder.
+[[nodiscard]] Status split(const Region& region, const SplitSettings& settings, int count, Splits& splits, double& refused) noexcept;
+
+// True where the camera's depth buffer cannot tell neighbouring slices apart, so that shaders must select by view depth.
+[[nodiscard]] bool needsViewDepth(const Region& region, const Splits& splits) noexcept;
+
+// What the i-th map must cover: its slice, padded by what selection may confuse (float32 depth values, or view depths) and, at
+// its near end, by the blend band; never beyond the region.
+[[nodiscard]] DepthSpan padSlice(const Region& region, const Splits& splits, int i, const Margin& margin, bool byViewDepth) noexcept;
+
+}  // namespace gnomon

@@ -1,0 +1,107 @@
+#include "wrong.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include <glm/geometric.hpp>
+
+#include "truth.h"
+
+namespace gnomon::offscreen {
+namespace {
+
+double ratio(std::size_t part, std::size_t whole) { return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole); }
+
+void checkSizes(int width, int height, const std::vector<std::uint8_t>& answer, const std::vector<std::uint8_t>& truth,
+                const std::vector<std::uint8_t>& counted) {
+  const std::size_t pixels = width > 0 && height > 0 ? static_cast<std::size_t>(width) * static_cast<std::size_t>(height) : 0;
+  if (pixels == 0 || answer.size() != pixels || truth.size() != pixels || counted.size() != pixels) {
+    throw std::runtime_error("wrong: pictures of different sizes");
+  }
+}
+
+}  // namespace
+
+double WrongPixels::share() const { return ratio(wrong, counted); }
+double WrongPixels::perEdge() const { return ratio(wrong, edge); }
+double WrongPixels::farShare() const { return ratio(wrongFar, wrong); }
+double WrongPixels::shadowedShare() const { return ratio(shadowed, counted); }
+
+std::vector<std::uint8_t> countedPixels(const std::vector<std::uint8_t>& truth, const std::vector<float>& normal,
+                                        const glm::dvec3& lightDirectionWs) {
+  if (normal.size() != 3 * truth.size()) throw std::runtime_error("wrong: pictures of different sizes");
+  const double lightLength = glm::length(lightDirectionWs);
+  std::vector<std::uint8_t> counted(truth.size(), 0);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (truth[i] == kNothing) continue;
+    const glm::dvec3 n(normal[3 * i], normal[3 * i + 1], normal[3 * i + 2]);
+    const double facing = -glm::dot(n, lightDirectionWs);
+    counted[i] = facing > kLeastCosine * glm::length(n) * lightLength ? 1 : 0;
+  }
+  return counted;
+}
+
+WrongPixels countWrong(int width, int height, const std::vector<std::uint8_t>& answer, const std::vector<std::uint8_t>& truth,
+                       const std::vector<std::uint8_t>& counted) {
+  checkSizes(width, height, answer, truth, counted);
+  const auto at = [width](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x); };
+
+  WrongPixels result;
+  std::vector<std::uint8_t> edge(truth.size(), 0);
+  const auto markIfEdge = [&](std::size_t a, std::size_t b) {
+    if (counted[a] && counted[b] && truth[a] != truth[b]) edge[a] = edge[b] = 1;
+  };
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (x + 1 < width) markIfEdge(at(x, y), at(x + 1, y));
+      if (y + 1 < height) markIfEdge(at(x, y), at(x, y + 1));
+    }
+  }
+
+  const auto nearEdge = [&](int x, int y) {
+    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v) {
+      for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) {
+        if (edge[at(u, v)]) return true;
+      }
+    }
+    return false;
+  };
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const std::size_t i = at(x, y);
+      if (!counted[i]) continue;
+      ++result.counted;
+      result.edge += edge[i];
+      result.shadowed += truth[i] == kShadowed ? 1 : 0;
+      if (answer[i] == truth[i]) continue;
+      ++result.wrong;
+      ++(truth[i] == kShadowed ? result.falselyLit : result.falselyShadowed);
+      ++(nearEdge(x, y) ? result.wrongNear : result.wrongFar);
+    }
+  }
+  return result;
+}
+
+std::vector<std::uint8_t> differencePicture(int width, int height, const std::vector<std::uint8_t>& answer,
+                                            const std::vector<std::uint8_t>& truth, const std::vector<std::uint8_t>& counted) {
+  checkSizes(width, height, answer, truth, counted);
+  using Rgb = std::array<std::uint8_t, 3>;
+  constexpr Rgb kBackground{16, 18, 22}, kDim{44, 47, 52}, kAgreeLit{200, 200, 200}, kAgreeShadow{96, 96, 96}, kFalseShadow{235, 50, 35},
+      kFalseLight{45, 105, 250};
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(3 * truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const bool shadowed = truth[i] == kShadowed;
+    const Rgb colour = truth[i] == kNothing    ? kBackground
+                       : !counted[i]           ? kDim
+                       : answer[i] == truth[i] ? (shadowed ? kAgreeShadow : kAgreeLit)
+                       : shadowed              ? kFalseLight
+                                               : kFalseShadow;
+    rgb.insert(rgb.end(), colour.begin(), colour.end());
+  }
+  return rgb;
+}
+
+}  // namespace gnomon::offscreen

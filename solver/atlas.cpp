@@ -1,0 +1,111 @@
+#include "gnomon/atlas.h"
+
+#include "numeric.h"
+
+namespace gnomon {
+namespace {
+
+struct Limits {
+  int width, height;
+};
+
+// Whole texels for one map of `texels` texels whose inside, `margin` texels from each edge, has the rectangle's aspect.
+glm::ivec2 viewportSize(const MapFit& fit, double texels, double margin, const Limits& most) noexcept {
+  if (fit.square) {
+    const int side = std::clamp(static_cast<int>(std::sqrt(texels)), 1, std::min(most.width, most.height));
+    return {side, side};
+  }
+  // (aspect h + 2 m)(h + 2 m) = texels for the inner height h
+  const double aspect = std::min(fit.size.x / fit.size.y, texels);
+  const double twice = 2.0 * margin, middle = twice * (1.0 + aspect);
+  const double inner = (std::sqrt(std::max(middle * middle + 4.0 * aspect * (texels - twice * twice), 0.0)) - middle) / (2.0 * aspect);
+  const double wanted = std::max(aspect * inner, 0.0) + twice;
+  const int width = std::clamp(static_cast<int>(std::min(wanted + 0.5, 1e9)), 1, std::min(most.width, static_cast<int>(std::min(texels, 1e9))));
+  const int height = std::clamp(static_cast<int>(texels / width), 1, most.height);
+  return {width, height};
+}
+
+// Shelves of the given width, tallest map first. Returns the height used, or 0 where a map is wider than that.
+int shelve(const glm::ivec2* sizes, const int* order, int count, int width, int border, glm::ivec4* viewports) noexcept {
+  int x = 0, y = 0, shelf = 0;
+  for (int i = 0; i < count; ++i) {
+    const glm::ivec2 cell = sizes[order[i]] + 2 * border;
+    if (cell.x > width) return 0;
+    if (x + cell.x > width) {
+      y += shelf;
+      x = shelf = 0;
+    }
+    if (viewports) viewports[order[i]] = glm::ivec4(x + border, y + border, sizes[order[i]]);
+    shelf = std::max(shelf, cell.y);
+    x += cell.x;
+  }
+  return y + shelf;
+}
+
+// The smallest atlas within the limits; false where none holds the maps.
+bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, Atlas& atlas) noexcept {
+  int order[kMaxPartitions];
+  for (int i = 0; i < count; ++i) {  // insertion sort by falling height
+    int j = i;
+    for (; j > 0 && sizes[order[j - 1]].y < sizes[i].y; --j) order[j] = order[j - 1];
+    order[j] = i;
+  }
+  std::int64_t leastArea = -1;
+  int bestWidth = 0, bestHeight = 0;
+  for (int first = 0; first < count; ++first)
+    for (int last = first, width = 0; last < count; ++last) {
+      width += sizes[order[last]].x + 2 * border;
+      if (width > most.width) break;
+      const int height = shelve(sizes, order, count, width, border, nullptr);
+      if (height == 0 || height > most.height) continue;
+      const std::int64_t area = static_cast<std::int64_t>(width) * height;
+      if (leastArea >= 0 && (area > leastArea || (area == leastArea && std::max(width, height) >= std::max(bestWidth, bestHeight)))) continue;
+      leastArea = area;
+      bestWidth = width;
+      bestHeight = height;
+    }
+  if (leastArea < 0) return false;
+  shelve(sizes, order, count, bestWidth, border, atlas.viewports);
+  atlas.size = {bestWidth, bestHeight};
+  atlas.layers = 1;
+  return true;
+}
+
+}  // namespace
+
+double texelsPerMap(const Budget& budget, int count) noexcept {
+  return budget.texels > 0.0 ? std::max(std::floor(budget.texels / count), 1.0) : static_cast<double>(budget.resolution) * budget.resolution;
+}
+
+Status packAtlas(const Frame& frame, const MapFit* fits, int count, Atlas& atlas) noexcept {
+  const int border = frame.margin.border;
+  const double margin = frame.margin.filter + frame.margin.normalOffset;
+  const Limits most{frame.budget.atlas.x > 0 ? frame.budget.atlas.x : kMaxTextureSide, frame.budget.atlas.y > 0 ? frame.budget.atlas.y : kMaxTextureSide};
+  const Limits mostMap{most.width - 2 * border, most.height - 2 * border};
+  if (mostMap.width < 1 || mostMap.height < 1) return Status::budgetAtlas;
+  atlas = {};
+  const double texels = texelsPerMap(frame.budget, count);
+  if (frame.shadowMap.layout == MapLayout::layers) {
+    const int side = std::min({static_cast<int>(std::sqrt(texels)), mostMap.width, mostMap.height});
+    atlas.reduced = side < static_cast<int>(std::sqrt(texels));
+    for (int i = 0; i < count; ++i) atlas.viewports[i] = {border, border, side, side};
+    atlas.size = glm::ivec2(side + 2 * border);
+    atlas.layers = count;
+    return Status::ok;
+  }
+  glm::ivec2 sizes[kMaxPartitions];
+  // Over budget every map gives way alike.
+  constexpr double kStep = 0.95;
+  for (double scaled = texels;; scaled *= kStep) {
+    bool isLeast = true;
+    for (int i = 0; i < count; ++i) {
+      sizes[i] = viewportSize(fits[i], std::max(scaled, 1.0), margin, mostMap);
+      isLeast &= sizes[i].x == 1 && sizes[i].y == 1;
+    }
+    atlas.reduced = scaled < texels;
+    if (place(sizes, count, border, most, atlas)) return Status::ok;
+    if (isLeast) return Status::budgetAtlas;
+  }
+}
+
+}  // namespace gnomon

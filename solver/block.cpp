@@ -1,0 +1,127 @@
+#include "gnomon/block.h"
+
+#include <cstddef>
+#include <type_traits>
+
+#include "gnomon/camera.h"
+#include "gnomon/error.h"
+#include "gnomon/fit.h"
+#include "gnomon/split.h"
+#include "numeric.h"
+
+namespace gnomon {
+
+// std140: mat4 is four vec4 columns; every member and every array element starts at a multiple of 16.
+static_assert(std::is_trivially_copyable_v<GnomonBlock> && std::is_standard_layout_v<GnomonBlock>);
+static_assert(sizeof(mat4) == 64 && sizeof(vec4) == 16 && sizeof(uvec4) == 16);
+static_assert(offsetof(GnomonPartition, clipFromWorld) == 0);
+static_assert(offsetof(GnomonPartition, atlasFromWorld) == 64);
+static_assert(offsetof(GnomonPartition, viewport) == 128);
+static_assert(offsetof(GnomonPartition, uvBounds) == 144);
+static_assert(offsetof(GnomonPartition, interval) == 160);
+static_assert(offsetof(GnomonPartition, texel) == 176);
+static_assert(sizeof(GnomonPartition) == 192);
+static_assert(offsetof(GnomonBlock, info) == 0);
+static_assert(offsetof(GnomonBlock, atlas) == 16);
+static_assert(offsetof(GnomonBlock, origin) == 32);
+static_assert(offsetof(GnomonBlock, originRest) == 48);
+static_assert(offsetof(GnomonBlock, lightDirection) == 64);
+static_assert(offsetof(GnomonBlock, viewPlane) == 80);
+static_assert(offsetof(GnomonBlock, depthRule) == 96);
+static_assert(offsetof(GnomonBlock, bias) == 112);
+static_assert(offsetof(GnomonBlock, windowStart) == 128);
+static_assert(offsetof(GnomonBlock, viewStart) == 192);
+static_assert(offsetof(GnomonBlock, partitions) == 256);
+static_assert(sizeof(GnomonBlock) == 256 + GNOMON_MAX_PARTITIONS * 192);
+
+namespace {
+
+constexpr float kNever = 3e38f;  // a start that no depth reaches
+
+bool isFinite(const mat4& m) noexcept {
+  float sum = 0.0f;
+  for (int c = 0; c < 4; ++c)
+    for (int r = 0; r < 4; ++r) sum += m[c][r] * 0.0f;
+  return sum == 0.0f;
+}
+
+// Rounding of a window depth, as depthQuantum has it, in window depth itself.
+double windowQuantum(const Camera& camera, double viewDepth) noexcept {
+  const double step = depthQuantum(camera, viewDepth);
+  const double inner = camera.projection == Projection::perspective ? std::max(viewDepth - step, viewDepth / 2.0) : viewDepth - step;
+  return std::abs(windowDepth(camera, viewDepth) - windowDepth(camera, inner));
+}
+
+}  // namespace
+
+void clearBlock(GnomonBlock& block) noexcept {
+  block.info = uvec4(0u, 0u, static_cast<unsigned>(GNOMON_LAYOUT_VERSION), 0u);
+  block.atlas = vec4(1.0f);
+  block.origin = block.originRest = block.viewPlane = block.bias = vec4(0.0f);
+  block.lightDirection = vec4(0.0f, -1.0f, 0.0f, 0.0f);
+  block.depthRule = vec4(1.0f, 0.0f, 0.0f, 0.0f);
+  for (int i = 0; i < 4; ++i) block.windowStart[i] = block.viewStart[i] = vec4(kNever);
+}
+
+glm::dmat4 atlasMatrix(const Frame& frame, const glm::dmat4& clipFromWorld, const glm::ivec4& viewport, const glm::ivec2& atlas) noexcept {
+  const glm::dmat4 rows = glm::transpose(clipFromWorld);
+  const double flip = frame.shadowMap.style == ClipStyle::direct3d ? -0.5 : 0.5;
+  const glm::dvec2 size = glm::dvec2(viewport.z, viewport.w) / glm::dvec2(atlas), corner = glm::dvec2(viewport.x, viewport.y) / glm::dvec2(atlas);
+  const glm::dvec4 u = (0.5 * rows[0] + 0.5 * rows[3]) * size.x + rows[3] * corner.x;
+  const glm::dvec4 v = (flip * rows[1] + 0.5 * rows[3]) * size.y + rows[3] * corner.y;
+  const glm::dvec4 depth = frame.shadowMap.depth == DepthConvention::negativeOneToOne ? 0.5 * (rows[2] + rows[3]) : rows[2];
+  return glm::transpose(glm::dmat4(u, v, depth, rows[3]));
+}
+
+bool writeBlock(const Frame& frame, const Region& region, const LightSpace& light, const Splits& slices, bool byViewDepth, const glm::dmat4* clipFromWorld,
+                Solution& solution) noexcept {
+  GnomonBlock& block = solution.block;
+  const Camera& camera = frame.camera;
+  const int count = solution.partitionCount;
+  clearBlock(block);
+  const auto flags = (byViewDepth ? GNOMON_FLAG_VIEW_DEPTH : 0u) | (solution.depthClamp ? GNOMON_FLAG_DEPTH_CLAMP : 0u);
+  block.info = uvec4(static_cast<unsigned>(count), flags, static_cast<unsigned>(GNOMON_LAYOUT_VERSION), static_cast<unsigned>(solution.layers));
+  const glm::dvec2 atlas(solution.atlas);
+  block.atlas = vec4(glm::dvec4(atlas, 1.0 / atlas));
+  const glm::vec3 origin(solution.originWs);
+  block.origin = vec4(origin, 0.0f);
+  block.originRest = vec4(glm::vec3(solution.originWs - glm::dvec3(origin)), 0.0f);
+  block.lightDirection = vec4(glm::vec3(light.directionWs), 0.0f);
+  const glm::dvec3 forward = region.worldFromView[2];
+  block.viewPlane = vec4(glm::dvec4(forward, -glm::dot(forward, region.eyeWs - solution.originWs)));
+  const double sign = camera.depth == DepthConvention::reversedZeroToOne ? -1.0 : 1.0;
+  const double fadeFrom = region.far - frame.fade * (region.far - region.near);
+  block.depthRule = vec4(glm::dvec4(sign, fadeFrom, region.far, frame.fade > 0.0 ? 1.0 / (region.far - fadeFrom) : 0.0));
+  block.bias = vec4(glm::dvec4(frame.bias.slope, frame.bias.constant, 0.0, 0.0));
+
+  bool isFine = true;
+  for (int i = 0; i < count; ++i) {
+    Partition& map = solution.partitions[i];
+    GnomonPartition& out = block.partitions[i];
+    const DepthSpan& slice = slices.slices[i];
+    out.clipFromWorld = map.clipFromWorld;
+    out.atlasFromWorld = mat4(atlasMatrix(frame, clipFromWorld[i], map.viewport, solution.atlas));
+    out.viewport = vec4(map.viewport);
+    const glm::dvec2 least = glm::dvec2(map.viewport.x, map.viewport.y) / atlas, size = glm::dvec2(map.viewport.z, map.viewport.w) / atlas;
+    out.uvBounds = vec4(glm::dvec4(least, least + size));
+    // Where no partition adjoins, the interval is widened by what float32 depth may confuse: half-open ends need a neighbour.
+    const bool hasBefore = i > 0 && slices.slices[i - 1].far == slice.near, hasAfter = i + 1 < count && slices.slices[i + 1].near == slice.far;
+    const DepthSpan padded = padSlice(region, slices, i, Margin{}, byViewDepth);
+    constexpr double kViewRounding = 1.0 / 2097152.0;
+    const double viewNear = hasBefore ? slice.near : std::min(padded.near, slice.near - kViewRounding * std::abs(slice.near));
+    const double viewFar = hasAfter ? slice.far : std::max(padded.far, slice.far + kViewRounding * std::abs(slice.far));
+    const double windowNear = windowDepth(camera, slice.near) * sign - (hasBefore ? 0.0 : windowQuantum(camera, slice.near));
+    const double windowFar = windowDepth(camera, slice.far) * sign + (hasAfter ? 0.0 : windowQuantum(camera, slice.far));
+    out.interval = vec4(glm::dvec4(viewNear, viewFar, windowNear, windowFar));
+    block.viewStart[i / 4][i % 4] = static_cast<float>(viewNear);
+    block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
+    const TexelError texel = texelSize(map.clipFromWorld, map.viewport, light.directionWs);
+    const glm::dmat4 rows = glm::transpose(clipFromWorld[i]);
+    const double perWorld = std::abs(glm::dot(glm::dvec3(rows[2]), light.directionWs)) * (frame.shadowMap.depth == DepthConvention::negativeOneToOne ? 0.5 : 1.0);
+    out.texel = vec4(glm::dvec4(map.layer, texel.extent, perWorld, 0.0));
+    isFine = isFine && isFinite(out.clipFromWorld) && isFinite(out.atlasFromWorld) && std::isfinite(map.error.extent) && std::isfinite(out.texel.y);
+  }
+  return isFine;
+}
+
+}  // namespace gnomon

@@ -1,0 +1,87 @@
+#include "gnomon/cast.h"
+
+#include "numeric.h"
+
+namespace gnomon {
+namespace {
+
+constexpr int kMaxSides = 12;  // of the swept prism; more hull edges than that are replaced by their bounding rectangle
+
+}  // namespace
+
+int makeCullPlanes(const Region& region, const LightSpace& light, const DepthSpan& slice, const Footprint& footprint, double grow,
+                   glm::dvec4* planesWs) noexcept {
+  int count = 0;
+  const auto addView = [&](const glm::dvec3& normalVs, double offset) {  // unit normal
+    if (count == kMaxCullPlanes) return;
+    const glm::dvec3 normalWs = region.worldFromView * normalVs;
+    planesWs[count++] = glm::dvec4(normalWs, offset + grow - glm::dot(normalWs, region.eyeWs));
+  };
+  const glm::dmat4 rows = glm::transpose(light.lsFromView);
+  const glm::dvec3 x(rows[0]), y(rows[1]), z(rows[2]);
+  const auto addSide = [&](const glm::dvec2& inward, double offset) { addView(x * inward.x + y * inward.y, offset); };
+
+  // Sides: planes through the light along the silhouette.
+  if (footprint.count >= 3 && footprint.count <= kMaxSides) {
+    for (int i = 0; i < footprint.count; ++i) {
+      const glm::dvec2 p = footprint.hull[i], edge = footprint.hull[(i + 1) % footprint.count] - p;
+      const double length = std::sqrt(glm::dot(edge, edge));
+      if (!(length > 0.0)) continue;
+      const glm::dvec2 inward = glm::dvec2(-edge.y, edge.x) / length;  // the hull runs counter-clockwise
+      addSide(inward, -glm::dot(inward, p));
+    }
+  } else {
+    glm::dvec2 least(kInfinity), greatest(-kInfinity);
+    for (int i = 0; i < footprint.count; ++i) {
+      least = glm::min(least, footprint.hull[i]);
+      greatest = glm::max(greatest, footprint.hull[i]);
+    }
+    addSide({1.0, 0.0}, -least.x);
+    addSide({-1.0, 0.0}, greatest.x);
+    addSide({0.0, 1.0}, -least.y);
+    addSide({0.0, -1.0}, greatest.y);
+  }
+  // Caps: faces that light leaves the region by stay where they are when it is swept towards the light.
+  addView(-z, footprint.depthFar);
+  const auto addCap = [&](const Plane& plane) {
+    const double length = std::sqrt(glm::dot(plane.normal, plane.normal));
+    if (glm::dot(plane.normal, light.directionVs) < 0.0) addView(plane.normal / length, plane.offset / length);
+  };
+  addCap({{0.0, 0.0, 1.0}, -slice.near});
+  addCap({{0.0, 0.0, -1.0}, slice.far});
+  Cell cell;
+  const bool isOneCell = footprint.cell >= 0 && !region.receivers.empty() && makeCell(region, footprint.cell, cell);
+  const Cell& faces = isOneCell ? cell : region.volume;
+  for (int i = 0; i < faces.planeCount; ++i)
+    if (i != 4 && i != 5) addCap(faces.planes[i]);  // 4 and 5 are the view volume's own near and far: the slice's are tighter
+  return count;
+}
+
+void extendToCasters(std::span<const Box> casters, const Region& region, const LightSpace& light, MapFit& fit) noexcept {
+  const glm::dmat4 rows = glm::transpose(light.lsFromWorld);
+  const glm::dvec3 x = glm::dvec3(rows[0]) * fit.axisX.x + glm::dvec3(rows[1]) * fit.axisX.y;
+  const glm::dvec3 y = glm::dvec3(rows[0]) * fit.axisY.x + glm::dvec3(rows[1]) * fit.axisY.y;
+  const Plane sides[4] = {{x, -fit.least.x}, {-x, fit.least.x + fit.size.x}, {y, -fit.least.y}, {-y, fit.least.y + fit.size.y}};
+  const double magnitude = std::abs(fit.least.x) + std::abs(fit.least.y) + fit.size.x + fit.size.y;
+  Cell cell;
+  for (const Box& box : casters) {
+    boxCell(box.minWs - region.eyeWs, box.maxWs - region.eyeWs, glm::dmat3(1.0), cell);
+    bool isOver = true;
+    for (const Plane& side : sides) isOver = isOver && cutCell(cell, side, magnitude) != Cut::outside;
+    if (!isOver) continue;
+    double nearest = kInfinity;
+    for (int i = 0; i < cell.vertexCount; ++i) nearest = std::min(nearest, glm::dot(light.directionWs, cell.vertices[i]));
+    if (nearest < fit.depthNear) fit.depthNear = nearest - (fit.depthFar - nearest) * 1e-6;  // strictly inside after rounding to float32
+  }
+}
+
+bool mayCast(const Partition& partition, const Box& box) noexcept {
+  for (int i = 0; i < partition.cullPlaneCount; ++i) {
+    const glm::dvec4& plane = partition.cullPlanes[i];
+    const glm::dvec3 normal(plane), farthest = glm::mix(box.minWs, box.maxWs, glm::greaterThan(normal, glm::dvec3(0.0)));
+    if (glm::dot(normal, farthest) + plane.w < 0.0) return false;
+  }
+  return true;
+}
+
+}  // namespace gnomon

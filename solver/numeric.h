@@ -1,0 +1,31 @@
+// numeric: the few vector helpers that more than one stage needs. Private to solver/.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/glm.hpp>
+
+namespace gnomon {
+
+inline bool isFinite(const glm::dvec3& v) noexcept { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+// The first component that is not finite, else the fallback: what a refusal reports.
+inline double firstBad(const glm::dvec3& v, double fallback) noexcept {
+  for (int i = 0; i < 3; ++i)
+    if (!std::isfinite(v[i])) return v[i];
+  return fallback;
+}
+
+// Unit vector of any finite, non-zero vector, subnormal or huge; zero where there is none.
+inline glm::dvec3 unit(const glm::dvec3& v) noexcept {
+  const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  if (!(largest > 0.0) || !std::isfinite(largest)) return glm::dvec3(0.0);
+  // Scaled by a power of two, so that scaling the input by one changes no bit.
+  int exponent = 0;
+  std::frexp(largest, &exponent);
+  const glm::dvec3 scaled(std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent), std::ldexp(v.z, -exponent));
+  return scaled / std::sqrt(glm::dot(scaled, scaled));
+}
+
+}  // namespace gnomon

@@ -1,0 +1,51 @@
+#include "gnomon/pssm.h"
+
+#include "gnomon/frame.h"
+#include "gnomon/maps.h"
+#include "numeric.h"
+
+namespace gnomon {
+namespace {
+
+// Splits of the region; for a stable fit of the whole depth range, since only the projection may decide them.
+Status splitFor(FitMode mode, const Region& region, const SplitSettings& settings, int count, Splits& splits, double& refused) noexcept {
+  if (mode != FitMode::stable) return split(region, settings, count, splits, refused);
+  Region whole;
+  whole.camera = region.camera;
+  whole.near = region.near;
+  whole.far = region.far;
+  whole.spanCount = 1;
+  whole.spans[0] = {region.near, region.far};
+  return split(whole, settings, count, splits, refused);
+}
+
+}  // namespace
+
+Status solvePssm(const Frame& frame, const PssmSettings& settings, Solution& solution) noexcept {
+  clear(solution);
+  double& value = solution.refusedValue;
+  if (const Status status = validate(frame, value); status != Status::ok) return refuse(solution, status);
+  if (const Status status = validate(settings.split, frame.budget, value, solution.refusedIndex); status != Status::ok) return refuse(solution, status);
+  if (settings.fit == FitMode::stable && settings.split.automatic) return refuse(solution, Status::stableAutomatic);
+  Region region;
+  if (const Status status = makeRegion(frame, region, solution.refusedIndex, value); status != Status::ok) return refuse(solution, status);
+  LightSpace light;
+  value = firstBad(frame.light.directionWs, 0.0);
+  if (const Status status = makeLightSpace(frame.light, region, settings.fit, light); status != Status::ok) return refuse(solution, status);
+  solution.originWs = frame.worldSpace ? glm::dvec3(0.0) : region.eyeWs;
+
+  const SplitSettings& splitting = settings.split;
+  const int most = splitting.count > 0 ? splitting.count : frame.budget.partitions;
+  for (int count = splitting.automatic ? 1 : most;; ++count) {
+    clear(solution);
+    Splits splits;
+    if (const Status status = splitFor(settings.fit, region, splitting, count, splits, value); status != Status::ok) return refuse(solution, status);
+    if (const Status status = makeMaps(frame, region, light, splits, settings.fit, solution); status != Status::ok) return refuse(solution, status);
+    if (!splitting.automatic || solution.maxError <= frame.budget.targetError) return Status::ok;
+    if (count < frame.budget.partitions && splitting.scheme != SplitScheme::explicitDepths) continue;
+    solution.warnings |= static_cast<std::uint32_t>(Warning::targetMissed);
+    return Status::ok;
+  }
+}
+
+}  // namespace gnomon

@@ -1,0 +1,267 @@
+#include "gnomon/region.h"
+
+#include "gnomon/camera.h"
+#include "numeric.h"
+
+namespace gnomon {
+namespace {
+
+constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+
+// A hexahedron from its eight corners: bit 0 of the index is +x, bit 1 +y, bit 2 +z. Planes: -x, +x, -y, +y, -z, +z.
+void hexahedron(Cell& cell) noexcept {
+  static constexpr Cell::Edge kEdges[12] = {{0, 1, 2, 4}, {2, 3, 3, 4}, {4, 5, 2, 5}, {6, 7, 3, 5}, {0, 2, 0, 4}, {1, 3, 1, 4},
+                                            {4, 6, 0, 5}, {5, 7, 1, 5}, {0, 4, 0, 2}, {1, 5, 1, 2}, {2, 6, 0, 3}, {3, 7, 1, 3}};
+  cell.vertexCount = 8;
+  cell.edgeCount = 12;
+  cell.planeCount = 6;
+  std::copy(std::begin(kEdges), std::end(kEdges), cell.edges);
+}
+
+void copyCell(const Cell& from, Cell& to) noexcept {
+  to.vertexCount = from.vertexCount;
+  to.edgeCount = from.edgeCount;
+  to.planeCount = from.planeCount;
+  std::copy_n(from.vertices, from.vertexCount, to.vertices);
+  std::copy_n(from.edges, from.edgeCount, to.edges);
+  std::copy_n(from.planes, from.planeCount, to.planes);
+}
+
+void viewVolume(const Camera& camera, double near, double far, Cell& cell) noexcept {
+  hexahedron(cell);
+  const bool isPerspective = camera.projection == Projection::perspective;
+  for (int i = 0; i < 8; ++i) {
+    const double z = (i & 4) ? far : near, k = isPerspective ? z : 1.0;
+    cell.vertices[i] = glm::dvec3(((i & 1) ? camera.right : -camera.left) * k, ((i & 2) ? camera.up : -camera.down) * k, z);
+  }
+  const double slope = isPerspective ? 1.0 : 0.0, flat = isPerspective ? 0.0 : 1.0;
+  cell.planes[0] = {{1.0, 0.0, camera.left * slope}, camera.left * flat};
+  cell.planes[1] = {{-1.0, 0.0, camera.right * slope}, camera.right * flat};
+  cell.planes[2] = {{0.0, 1.0, camera.down * slope}, camera.down * flat};
+  cell.planes[3] = {{0.0, -1.0, camera.up * slope}, camera.up * flat};
+  cell.planes[4] = {{0.0, 0.0, 1.0}, -near};
+  cell.planes[5] = {{0.0, 0.0, -1.0}, far};
+}
+
+DepthSpan depthsOf(const Cell& cell) noexcept {
+  DepthSpan span{kInfinity, -kInfinity};
+  for (int i = 0; i < cell.vertexCount; ++i) {
+    span.near = std::min(span.near, cell.vertices[i].z);
+    span.far = std::max(span.far, cell.vertices[i].z);
+  }
+  return span;
+}
+
+// How much two spans are apart, as the split would see it: a ratio's logarithm would do the same, so compare ratios.
+double gap(const Region& region, const DepthSpan& before, const DepthSpan& after) noexcept {
+  return region.camera.projection == Projection::perspective ? after.near / before.far : after.near - before.far;
+}
+
+void addSpan(Region& region, DepthSpan added) noexcept {
+  DepthSpan* spans = region.spans;
+  int count = region.spanCount, first = 0;
+  while (first < count && spans[first].far < added.near) ++first;
+  int last = first;  // [first, last) touch the added one
+  for (; last < count && spans[last].near <= added.far; ++last) {
+    added.near = std::min(added.near, spans[last].near);
+    added.far = std::max(added.far, spans[last].far);
+  }
+  if (last == first && count == kMaxSpans) {  // no room: join across the narrowest gap, the added span's own gaps included
+    int narrowest = -1;
+    double least = kInfinity;
+    for (int i = 0; i + 1 < count; ++i)
+      if (const double g = gap(region, spans[i], spans[i + 1]); i + 1 != first && g < least) least = g, narrowest = i;
+    if (first > 0 && gap(region, spans[first - 1], added) <= least) {
+      spans[first - 1].far = added.far;
+      return;
+    }
+    if (first < count && gap(region, added, spans[first]) <= least) {
+      spans[first].near = added.near;
+      return;
+    }
+    spans[narrowest].far = spans[narrowest + 1].far;
+    std::copy(spans + narrowest + 2, spans + count, spans + narrowest + 1);
+    --count;
+    if (first > narrowest) --first;
+    last = first;
+  }
+  if (last == first)
+    std::copy_backward(spans + first, spans + count, spans + count + 1);
+  else
+    std::copy(spans + last, spans + count, spans + first + 1);
+  spans[first] = added;
+  region.spanCount = count - (last - first) + 1;
+}
+
+}  // namespace
+
+Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept {
+  double distance[kMaxCellVertices];
+  const double slope = std::abs(plane.normal.x) + std::abs(plane.normal.y) + std::abs(plane.normal.z);
+  bool isInside[kMaxCellVertices];
+  int kept = 0;
+  for (int i = 0; i < cell.vertexCount; ++i) {
+    const glm::dvec3& v = cell.vertices[i];
+    distance[i] = glm::dot(plane.normal, v) + plane.offset;
+    const double size = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    isInside[i] = !(distance[i] < -kRounding * (magnitude + slope * size));
+    kept += isInside[i];
+  }
+  if (kept == cell.vertexCount) return Cut::inside;
+  if (kept == 0) return Cut::outside;
+
+  int crossings = 0, keptEdges = 0;
+  for (int i = 0; i < cell.edgeCount; ++i) {
+    const int inside = isInside[cell.edges[i].from] + isInside[cell.edges[i].to];
+    crossings += inside == 1;
+    keptEdges += inside > 0;
+  }
+  // A convex face is crossed twice or not at all; each crossed face adds one edge, so there are as many as crossings.
+  if (kept + crossings > kMaxCellVertices || keptEdges + crossings > kMaxCellEdges || cell.planeCount == kMaxCellPlanes) return Cut::kept;
+  signed char onFace[kMaxCellPlanes][2];
+  signed char faceCrossings[kMaxCellPlanes] = {};
+  for (int i = 0, v = kept; i < cell.edgeCount; ++i) {
+    const Cell::Edge& edge = cell.edges[i];
+    if (isInside[edge.from] == isInside[edge.to]) continue;
+    for (const int face : {edge.left, edge.right}) {
+      if (faceCrossings[face] == 2) return Cut::kept;  // rounding bent a face across the plane
+      onFace[face][static_cast<int>(faceCrossings[face]++)] = static_cast<signed char>(v);
+    }
+    ++v;
+  }
+  for (int face = 0; face < cell.planeCount; ++face)
+    if (faceCrossings[face] == 1) return Cut::kept;
+
+  std::uint8_t moved[kMaxCellVertices];
+  glm::dvec3 fresh[kMaxCellVertices];
+  int keptSoFar = 0;
+  for (int i = 0; i < cell.vertexCount; ++i)
+    if (isInside[i]) moved[i] = static_cast<std::uint8_t>(keptSoFar++);
+  int edges = 0, added = 0;
+  const auto newFace = static_cast<std::uint8_t>(cell.planeCount);
+  for (int i = 0; i < cell.edgeCount; ++i) {
+    Cell::Edge edge = cell.edges[i];
+    const bool fromInside = isInside[edge.from], toInside = isInside[edge.to];
+    if (!fromInside && !toInside) continue;
+    if (fromInside != toInside) {
+      const int in = fromInside ? edge.from : edge.to, out = fromInside ? edge.to : edge.from;
+      const double inDistance = std::max(distance[in], 0.0);
+      const double t = inDistance / (inDistance - distance[out]);
+      const glm::dvec3 &p = cell.vertices[in], &q = cell.vertices[out];
+      // Towards the end the point is nearer to, so that rounding scales with the shorter part.
+      fresh[added] = t <= 0.5 ? p + (q - p) * t : q + (p - q) * (distance[out] / (distance[out] - inDistance));
+      const auto vertex = static_cast<std::uint8_t>(kept + added++);
+      edge.from = moved[in];
+      edge.to = vertex;
+    } else {
+      edge.from = moved[edge.from];
+      edge.to = moved[edge.to];
+    }
+    cell.edges[edges++] = edge;
+  }
+  for (int i = 0; i < cell.vertexCount; ++i)
+    if (isInside[i]) cell.vertices[moved[i]] = cell.vertices[i];
+  std::copy_n(fresh, added, cell.vertices + kept);
+  for (int face = 0; face < cell.planeCount; ++face)
+    if (faceCrossings[face] == 2)
+      cell.edges[edges++] = {static_cast<std::uint8_t>(onFace[face][0]), static_cast<std::uint8_t>(onFace[face][1]), static_cast<std::uint8_t>(face), newFace};
+  cell.planes[cell.planeCount++] = plane;
+  cell.vertexCount = kept + added;
+  cell.edgeCount = edges;
+  return Cut::cut;
+}
+
+void boxCell(const glm::dvec3& least, const glm::dvec3& greatest, const glm::dmat3& axes, Cell& cell) noexcept {
+  hexahedron(cell);
+  for (int i = 0; i < 8; ++i)
+    cell.vertices[i] = axes * glm::dvec3((i & 1) ? greatest.x : least.x, (i & 2) ? greatest.y : least.y, (i & 4) ? greatest.z : least.z);
+  for (int axis = 0; axis < 3; ++axis) {
+    cell.planes[2 * axis] = {axes[axis], -least[axis]};
+    cell.planes[2 * axis + 1] = {-axes[axis], greatest[axis]};
+  }
+}
+
+int badBox(std::span<const Box> boxes, double& value) noexcept {
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    for (int axis = 0; axis < 3; ++axis) {
+      const double least = boxes[i].minWs[axis], greatest = boxes[i].maxWs[axis];
+      if (std::isfinite(least) && std::isfinite(greatest) && least <= greatest) continue;
+      value = std::isfinite(least) ? greatest : least;
+      return static_cast<int>(i);
+    }
+  return -1;
+}
+
+Status makeRegion(const Frame& frame, Region& region, int& index, double& value) noexcept {
+  const Camera& camera = frame.camera;
+  region.camera = camera;
+  region.image = frame.image;
+  region.receivers = frame.scene.receivers;
+  region.eyeWs = camera.positionWs;
+  region.near = camera.near;
+  region.far = shadowFar(camera);
+  region.spanCount = 0;
+  region.warnings = 0;
+  region.volume.vertexCount = 0;
+  const glm::dvec3 forward = unit(camera.forwardWs), right = unit(glm::cross(forward, unit(camera.upWs)));
+  region.worldFromView = glm::dmat3(right, glm::cross(right, forward), forward);
+
+  index = badBox(frame.scene.receivers, value);
+  if (index >= 0) return Status::receiverBox;
+  index = badBox(frame.scene.casters, value);
+  if (index >= 0) return Status::casterBox;
+  for (std::size_t i = 0; i < frame.scene.planes.size(); ++i) {
+    const glm::dvec4& p = frame.scene.planes[i];
+    const glm::dvec3 normal(p);
+    index = static_cast<int>(i);
+    value = firstBad(normal, p.w);
+    if (!isFinite(normal) || !std::isfinite(p.w) || !(glm::dot(unit(normal), unit(normal)) > 0.0)) return Status::halfSpace;
+  }
+  index = -1;
+  value = 0.0;
+  if (!(region.far > region.near)) return Status::ok;
+
+  viewVolume(camera, region.near, region.far, region.volume);
+  for (const glm::dvec4& p : frame.scene.planes) {
+    const glm::dvec3 normal(p);
+    const double atEye = glm::dot(normal, region.eyeWs);
+    const Plane plane{normal * region.worldFromView, atEye + p.w};
+    const double magnitude = glm::dot(glm::abs(normal), glm::abs(region.eyeWs)) + std::abs(p.w);
+    const Cut cut = cutCell(region.volume, plane, magnitude);
+    if (cut == Cut::kept) region.warnings |= static_cast<std::uint32_t>(Warning::regionSimplified);
+    if (cut != Cut::outside) continue;
+    region.volume.vertexCount = 0;
+    return Status::ok;
+  }
+  Cell cell;
+  for (int i = 0; i < cellCount(region); ++i) {
+    const bool isVolume = region.receivers.empty();
+    if (!isVolume && !makeCell(region, i, cell)) continue;
+    DepthSpan span = depthsOf(isVolume ? region.volume : cell);
+    span.near = std::clamp(span.near, region.near, region.far);
+    span.far = std::clamp(span.far, region.near, region.far);
+    addSpan(region, span);
+  }
+  return Status::ok;
+}
+
+int cellCount(const Region& region) noexcept { return region.receivers.empty() ? 1 : static_cast<int>(region.receivers.size()); }
+
+bool makeCell(const Region& region, int i, Cell& cell) noexcept {
+  if (region.volume.vertexCount == 0) return false;
+  copyCell(region.volume, cell);
+  if (region.receivers.empty()) return true;
+  const Box& box = region.receivers[static_cast<std::size_t>(i)];
+  const glm::dmat3 viewFromWorld = glm::transpose(region.worldFromView);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double eye = region.eyeWs[axis];
+    for (const bool isUpper : {false, true}) {
+      const double bound = isUpper ? box.maxWs[axis] : box.minWs[axis];
+      const Plane plane = isUpper ? Plane{-viewFromWorld[axis], bound - eye} : Plane{viewFromWorld[axis], eye - bound};
+      if (cutCell(cell, plane, std::abs(bound) + std::abs(eye)) == Cut::outside) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace gnomon

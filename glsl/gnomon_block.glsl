@@ -27,7 +27,7 @@ struct GnomonPartition {
   vec4 viewport;        // x, y, width, height, in texels of the atlas; rows counted from v = 0
   vec4 uvBounds;        // least u, least v, greatest u, greatest v of the viewport
   vec4 interval;        // xy: view depth served; zw: window depth times depthRule.x served; padded where no partition adjoins
-  vec4 texel;           // x: layer; y: longest stretch of a texel, world units, where w = 1; z: stored depth per world unit towards the light, where w = 1
+  vec4 layer;           // x: layer of an array texture, 0 in an atlas; yzw: 0
 };
 
 struct GnomonBlock {

@@ -20,7 +20,7 @@
 vec4 gnomonCastPosition(GnomonBlock block, int index, vec3 world) { return block.partitions[index].clipFromWorld * vec4(world, 1.0); }
 
 // Layer of an array texture.
-int gnomonCastLayer(GnomonBlock block, int index) { return int(block.partitions[index].texel.x); }
+int gnomonCastLayer(GnomonBlock block, int index) { return int(block.partitions[index].layer.x); }
 
 // Clip position of a caster in the whole atlas (y up, v = 0 at clip y = -1; negate y where your API's clip space has y down).
 vec4 gnomonCastAtlas(GnomonBlock block, int index, vec3 world) {

@@ -57,7 +57,7 @@ vec3 gnomonBias(GnomonBlock block, int index, vec3 world, vec3 normal, float rea
 float gnomonImplTap(GnomonBlock block, int map, int index, vec2 uv, float depth) {
   vec4 bounds = block.partitions[index].uvBounds;
   vec2 inset = 0.5 * block.atlas.zw;
-  return gnomonCompare(map, clamp(uv, bounds.xy + inset, bounds.zw - inset), block.partitions[index].texel.x, depth);
+  return gnomonCompare(map, clamp(uv, bounds.xy + inset, bounds.zw - inset), block.partitions[index].layer.x, depth);
 }
 
 // 1 lit, 0 shadowed, from one texel. index < 0, or a point outside the partition's map, is lit.

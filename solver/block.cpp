@@ -19,7 +19,7 @@ static_assert(offsetof(GnomonPartition, atlasFromWorld) == 64);
 static_assert(offsetof(GnomonPartition, viewport) == 128);
 static_assert(offsetof(GnomonPartition, uvBounds) == 144);
 static_assert(offsetof(GnomonPartition, interval) == 160);
-static_assert(offsetof(GnomonPartition, texel) == 176);
+static_assert(offsetof(GnomonPartition, layer) == 176);
 static_assert(sizeof(GnomonPartition) == 192);
 static_assert(offsetof(GnomonBlock, info) == 0);
 static_assert(offsetof(GnomonBlock, atlas) == 16);
@@ -115,11 +115,8 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
     out.interval = vec4(glm::dvec4(viewNear, viewFar, windowNear, windowFar));
     block.viewStart[i / 4][i % 4] = static_cast<float>(viewNear);
     block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
-    const TexelError texel = texelSize(map.clipFromWorld, map.viewport, light.directionWs);
-    const glm::dmat4 rows = glm::transpose(clipFromWorld[i]);
-    const double perWorld = std::abs(glm::dot(glm::dvec3(rows[2]), light.directionWs)) * (frame.shadowMap.depth == DepthConvention::negativeOneToOne ? 0.5 : 1.0);
-    out.texel = vec4(glm::dvec4(map.layer, texel.extent, perWorld, 0.0));
-    isFine = isFine && isFinite(out.clipFromWorld) && isFinite(out.atlasFromWorld) && std::isfinite(map.error.extent) && std::isfinite(out.texel.y);
+    out.layer = vec4(static_cast<float>(map.layer), 0.0f, 0.0f, 0.0f);
+    isFine = isFine && isFinite(out.clipFromWorld) && isFinite(out.atlasFromWorld) && std::isfinite(map.error.extent);
   }
   return isFine;
 }

@@ -49,11 +49,8 @@ int makeCullPlanes(const Region& region, const LightSpace& light, const DepthSpa
   };
   addCap({{0.0, 0.0, 1.0}, -slice.near});
   addCap({{0.0, 0.0, -1.0}, slice.far});
-  Cell cell;
-  const bool isOneCell = footprint.cell >= 0 && !region.receivers.empty() && makeCell(region, footprint.cell, cell);
-  const Cell& faces = isOneCell ? cell : region.volume;
-  for (int i = 0; i < faces.planeCount; ++i)
-    if (i != 4 && i != 5) addCap(faces.planes[i]);  // 4 and 5 are the view volume's own near and far: the slice's are tighter
+  for (int i = 0; i < region.volume.planeCount; ++i)
+    if (i != 4 && i != 5) addCap(region.volume.planes[i]);  // 4 and 5 are the view volume's own near and far: the slice's are tighter
   return count;
 }
 

@@ -166,22 +166,12 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     footprint.depthNear = kInfinity;
     footprint.depthFar = -kInfinity;
     footprint.reach = 0.0;
-    footprint.cell = -1;
     footprint.padded = padSlice(region, splits, s, margin, byViewDepth);
   }
-  int contributors[kMaxPartitions] = {};
-  Cell cell;
+  Cell storage;
   for (int i = 0; i < cellCount(region); ++i) {
-    const bool isVolume = region.receivers.empty();
-    if (!isVolume && !makeCell(region, i, cell)) continue;
-    for (int s = 0; s < splits.count; ++s) {
-      Footprint& footprint = footprints[s];
-      const double reachBefore = footprint.reach;
-      const int before = footprint.count;
-      addSlab(footprint, light.lsFromView, isVolume ? region.volume : cell, footprint.padded);
-      if (footprint.count == before && footprint.reach == reachBefore) continue;
-      footprint.cell = contributors[s]++ == 0 ? i : -1;
-    }
+    const Cell* cell = getCell(region, i, storage);
+    for (int s = 0; cell && s < splits.count; ++s) addSlab(footprints[s], light.lsFromView, *cell, footprints[s].padded);
   }
   for (int s = 0; s < splits.count; ++s) {
     Footprint& footprint = footprints[s];
@@ -205,18 +195,25 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
   }
   // A rectangle of least area has a side on an edge of the hull (rotating calipers' theorem).
   double leastArea = kInfinity;
+  glm::dvec2 best{1.0, 0.0};
   for (int i = 0; i < footprint.count; ++i) {
-    const glm::dvec2 edge = footprint.hull[(i + 1) % footprint.count] - footprint.hull[i];
-    const double length = std::sqrt(glm::dot(edge, edge));
-    if (!(length > 0.0)) continue;
-    MapFit candidate = fit;
-    fitAlong(footprint, edge / length, pixel, candidate);
-    const double area = candidate.size.x * candidate.size.y;
+    const glm::dvec2 from = footprint.hull[i], edge = footprint.hull[i + 1 < footprint.count ? i + 1 : 0] - from;
+    const double squared = glm::dot(edge, edge);
+    if (!(squared > 0.0)) continue;
+    double least = 0.0, greatest = 0.0, height = 0.0;  // times the edge's length; the hull lies to the left of its edges
+    for (int j = 0; j < footprint.count; ++j) {
+      const glm::dvec2 p = footprint.hull[j] - from;
+      const double along = p.x * edge.x + p.y * edge.y;
+      least = std::min(least, along);
+      greatest = std::max(greatest, along);
+      height = std::max(height, cross2(edge, p));
+    }
+    const double length = std::sqrt(squared), area = std::max((greatest - least) / length, pixel) * std::max(height / length, pixel);
     if (!(area < leastArea)) continue;
     leastArea = area;
-    fit = candidate;
+    best = edge / length;
   }
-  if (!(leastArea < kInfinity)) fitAlong(footprint, {1.0, 0.0}, pixel, fit);
+  fitAlong(footprint, best, pixel, fit);
   if (fit.size.x < fit.size.y) fitAlong(footprint, fit.axisY, pixel, fit);  // lying rectangles shelve better
   return fit;
 }

@@ -21,11 +21,12 @@ inline double firstBad(const glm::dvec3& v, double fallback) noexcept {
 inline glm::dvec3 unit(const glm::dvec3& v) noexcept {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   if (!(largest > 0.0) || !std::isfinite(largest)) return glm::dvec3(0.0);
-  // Scaled by a power of two, so that scaling the input by one changes no bit.
+  constexpr double kLeast = 1e-140, kMost = 1e140;  // squares within these neither vanish nor overflow
+  if (largest > kLeast && largest < kMost) return v * (1.0 / std::sqrt(glm::dot(v, v)));
   int exponent = 0;
   std::frexp(largest, &exponent);
   const glm::dvec3 scaled(std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent), std::ldexp(v.z, -exponent));
-  return scaled / std::sqrt(glm::dot(scaled, scaled));
+  return scaled * (1.0 / std::sqrt(glm::dot(scaled, scaled)));
 }
 
 }  // namespace gnomon

@@ -93,6 +93,17 @@ void addSpan(Region& region, DepthSpan added) noexcept {
   region.spanCount = count - (last - first) + 1;
 }
 
+// False where nothing is left.
+bool cutToBox(Cell& cell, const Box& box, const Region& region) noexcept {
+  const glm::dmat3 viewFromWorld = glm::transpose(region.worldFromView);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double eye = region.eyeWs[axis], least = box.minWs[axis], greatest = box.maxWs[axis];
+    if (cutCell(cell, {viewFromWorld[axis], eye - least}, std::abs(least) + std::abs(eye)) == Cut::outside) return false;
+    if (cutCell(cell, {-viewFromWorld[axis], greatest - eye}, std::abs(greatest) + std::abs(eye)) == Cut::outside) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept {
@@ -196,7 +207,7 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
   const Camera& camera = frame.camera;
   region.camera = camera;
   region.image = frame.image;
-  region.receivers = frame.scene.receivers;
+  region.receivers = {};
   region.eyeWs = camera.positionWs;
   region.near = camera.near;
   region.far = shadowFar(camera);
@@ -233,11 +244,16 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
     region.volume.vertexCount = 0;
     return Status::ok;
   }
-  Cell cell;
+  if (frame.scene.receivers.size() == 1) {
+    if (!cutToBox(region.volume, frame.scene.receivers[0], region)) region.volume.vertexCount = 0;
+  } else {
+    region.receivers = frame.scene.receivers;
+  }
+  Cell storage;
   for (int i = 0; i < cellCount(region); ++i) {
-    const bool isVolume = region.receivers.empty();
-    if (!isVolume && !makeCell(region, i, cell)) continue;
-    DepthSpan span = depthsOf(isVolume ? region.volume : cell);
+    const Cell* cell = getCell(region, i, storage);
+    if (!cell) continue;
+    DepthSpan span = depthsOf(*cell);
     span.near = std::clamp(span.near, region.near, region.far);
     span.far = std::clamp(span.far, region.near, region.far);
     addSpan(region, span);
@@ -247,21 +263,11 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
 
 int cellCount(const Region& region) noexcept { return region.receivers.empty() ? 1 : static_cast<int>(region.receivers.size()); }
 
-bool makeCell(const Region& region, int i, Cell& cell) noexcept {
-  if (region.volume.vertexCount == 0) return false;
-  copyCell(region.volume, cell);
-  if (region.receivers.empty()) return true;
-  const Box& box = region.receivers[static_cast<std::size_t>(i)];
-  const glm::dmat3 viewFromWorld = glm::transpose(region.worldFromView);
-  for (int axis = 0; axis < 3; ++axis) {
-    const double eye = region.eyeWs[axis];
-    for (const bool isUpper : {false, true}) {
-      const double bound = isUpper ? box.maxWs[axis] : box.minWs[axis];
-      const Plane plane = isUpper ? Plane{-viewFromWorld[axis], bound - eye} : Plane{viewFromWorld[axis], eye - bound};
-      if (cutCell(cell, plane, std::abs(bound) + std::abs(eye)) == Cut::outside) return false;
-    }
-  }
-  return true;
+const Cell* getCell(const Region& region, int i, Cell& storage) noexcept {
+  if (region.volume.vertexCount == 0) return nullptr;
+  if (region.receivers.empty()) return &region.volume;
+  copyCell(region.volume, storage);
+  return cutToBox(storage, region.receivers[static_cast<std::size_t>(i)], region) ? &storage : nullptr;
 }
 
 }  // namespace gnomon

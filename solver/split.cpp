@@ -71,7 +71,13 @@ int findStretches(const Region& region, int count, Stretch* stretches) noexcept 
     (cover(region, near, far, step, count, nullptr, nullptr) <= count ? enough : tooShort) = step;
   }
   int stretchCount = 0;
-  if (cover(region, near, far, enough, count, stretches, &stretchCount) <= count) return stretchCount;
+  int spare = count - cover(region, near, far, enough, count, stretches, &stretchCount);
+  const auto length = [&](const Stretch& s) {
+    return (region.camera.projection == Projection::perspective ? std::log(s.span.far / s.span.near) : s.span.far - s.span.near) / s.count;
+  };
+  for (; spare > 0; --spare)  // maps that the greatest slice has no use for go to the next greatest
+    ++std::max_element(stretches, stretches + stretchCount, [&](const Stretch& a, const Stretch& b) { return length(a) < length(b); })->count;
+  if (spare == 0) return stretchCount;
   stretches[0] = {{region.spans[0].near, region.spans[region.spanCount - 1].far}, count};  // spans within rounding of a point
   return 1;
 }
@@ -163,7 +169,7 @@ Status split(const Region& region, const SplitSettings& settings, int count, Spl
         refused = settings.bias;
         return Status::splitBiasOrder;
       }
-      if (to > from || stretch.count == 1) append(region, {from, to}, isLast, splits);
+      if (to > from || (isLast && from == stretch.span.near)) append(region, {from, to}, isLast, splits);
       from = to;
     }
   }

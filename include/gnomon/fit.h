@@ -42,7 +42,6 @@ struct Footprint {
   glm::dvec2 hull[kMaxHull];
   double depthNear = 0.0, depthFar = 0.0;  // light-space depths of what must be shadowed
   double reach = 0.0;            // farthest distance from the eye, for rounding bounds
-  int cell = -1;                 // the only cell that contributed; -1: several
   DepthSpan padded{0.0, 0.0};    // view depths covered
 };
 

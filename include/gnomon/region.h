@@ -1,7 +1,6 @@
 // region: what must be shadowed, as convex cells in view space and as the intervals of view depth they fill.
 //
-// The view volume up to the shadow distance, cut by the half-spaces and, where receivers are given, by each of their boxes:
-// one cell for each box. Nothing allocates: a cell that would overflow keeps what it had (it covers more) and says so.
+// The view volume up to the shadow distance, cut by the half-spaces and by the receivers' box; several boxes make a cell each. Nothing allocates: a cell that would overflow keeps what it had (it covers more) and says so.
 // Based on: [Zhang 2006, sec. 3.4] (focusing on what is shadow relevant), [Lauritzen 2010] (depth gaps are real).
 // Shader part: none.
 // Test: tests/region_test.cpp
@@ -61,8 +60,8 @@ struct Region {
   Camera camera;                  // as given
   ImageSize image;
   double near = 0.0, far = 0.0;   // view depths of the shadowed volume, before receivers
-  std::span<const Box> receivers;
-  Cell volume;                    // view volume and half-spaces; no vertices: empty
+  std::span<const Box> receivers; // where there are several; a single one has cut the volume
+  Cell volume;                    // view volume, half-spaces and the only receiver; no vertices: empty
   int spanCount = 0;              // 0: nothing to shadow
   DepthSpan spans[kMaxSpans];     // disjoint, ascending; closest ones joined where there are more
   std::uint32_t warnings = 0;
@@ -71,11 +70,11 @@ struct Region {
 // Builds the region of a frame whose camera is valid. Errors: receiverBox, halfSpace (index, value: what was refused).
 [[nodiscard]] Status makeRegion(const Frame& frame, Region& region, int& index, double& value) noexcept;
 
-// How many cells the region has: one for each receiver box, or the view volume alone.
+// How many cells the region has: one for each of several receiver boxes, or the volume alone.
 [[nodiscard]] int cellCount(const Region& region) noexcept;
 
-// The i-th cell, in view space. False where it is empty.
-[[nodiscard]] bool makeCell(const Region& region, int i, Cell& cell) noexcept;
+// The i-th cell, in view space; null where it is empty. Made in storage where the region does not hold it.
+[[nodiscard]] const Cell* getCell(const Region& region, int i, Cell& storage) noexcept;
 
 // Checks boxes: finite, min <= max. Returns the index of the first bad one or -1; value: what was wrong.
 [[nodiscard]] int badBox(std::span<const Box> boxes, double& value) noexcept;

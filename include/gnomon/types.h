@@ -121,9 +121,9 @@ struct Box {
 
 // What the scene holds; every part may be empty.
 struct Scene {
-  std::span<const Box> receivers;         // what must be shadowed: their union; none: the whole view volume
-  std::span<const Box> casters;           // what can cast; none: anything can, and depth is clamped
-  std::span<const glm::dvec4> planes;     // half-spaces a x + b y + c z + d >= 0 that receivers keep to
+  std::span<const Box> receivers = {};     // what must be shadowed: their union; none: the whole view volume
+  std::span<const Box> casters = {};       // what can cast; none: anything can, and depth is clamped
+  std::span<const glm::dvec4> planes = {}; // half-spaces a x + b y + c z + d >= 0 that receivers keep to
 };
 
 // Room around what must be shadowed.

@@ -1,4 +1,4 @@
-// mesh: what every part of this sample draws, traces and judges: one triangle list in world space.
+// A triangle mesh in world space, in scene units.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,12 @@
 
 namespace gnomon::offscreen {
 
-// Indices come in threes, each below positionsWs.size(). min and max bound the vertices that triangles use.
 struct Mesh {
   std::string name;
   std::vector<glm::vec3> positionsWs;
-  std::vector<std::uint32_t> indices;
-  glm::dvec3 min, max;
+  std::vector<std::uint32_t> indices; // three per triangle
+  glm::dvec3 min{0.0};
+  glm::dvec3 max{0.0};
 };
 
-}  // namespace gnomon::offscreen
+} // namespace gnomon::offscreen

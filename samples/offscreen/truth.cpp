@@ -61,8 +61,8 @@ struct Tracer::State {
   }
 };
 
-Tracer::Tracer(const Mesh& mesh) : m_state(std::make_unique<State>()) {
-  State& state = *m_state;
+Tracer::Tracer(const Mesh& mesh) : impl(std::make_unique<State>()) {
+  State& state = *impl;
   if (mesh.indices.empty() || mesh.indices.size() % 3 != 0) throw std::runtime_error("truth: a mesh without whole triangles");
   for (const std::uint32_t index : mesh.indices) {
     if (index >= mesh.positionsWs.size()) throw std::runtime_error("truth: an index beyond the vertices");
@@ -125,7 +125,7 @@ std::vector<std::uint8_t> Tracer::lit(const std::vector<float>& position, const 
         const glm::dvec3 n(normal[3 * i], normal[3 * i + 1], normal[3 * i + 2]);
         const double length = glm::length(n);
         const double depth = std::abs(glm::dot(pointWs - cameraWs, forward));  // an orthographic camera also sees depths below 0
-        exact.start = pointWs - m_state->centreWs + (length > 0.0 ? n * (kTruthOffset * depth / length) : glm::dvec3(0.0));
+        exact.start = pointWs - impl->centreWs + (length > 0.0 ? n * (kTruthOffset * depth / length) : glm::dvec3(0.0));
         RTCRay ray{};
         ray.org_x = static_cast<float>(exact.start.x);
         ray.org_y = static_cast<float>(exact.start.y);
@@ -136,7 +136,7 @@ std::vector<std::uint8_t> Tracer::lit(const std::vector<float>& position, const 
         ray.tnear = 0.0f;
         ray.tfar = std::numeric_limits<float>::infinity();
         ray.mask = static_cast<unsigned>(-1);
-        rtcOccluded1(m_state->scene, &exact.context, &ray);
+        rtcOccluded1(impl->scene, &exact.context, &ray);
         answer[i] = ray.tfar < 0.0f ? kShadowed : kLit;  // Embree marks an occluded ray with tfar = -infinity
       }
     }

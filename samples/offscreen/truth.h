@@ -47,7 +47,7 @@ class Tracer {
 
  private:
   struct State;
-  std::unique_ptr<State> m_state;
+  std::unique_ptr<State> impl;
 };
 
 }  // namespace gnomon::offscreen

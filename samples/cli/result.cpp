@@ -1,0 +1,114 @@
+#include "result.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace gnomon::cli {
+namespace {
+
+void write(const Json& value, std::size_t depth, std::string& out) {
+  const auto isLeaf = [](const Json& each) { return !each.is_structured(); };
+  if (!value.is_structured() || value.empty() || (value.is_array() && std::all_of(value.begin(), value.end(), isLeaf))) {
+    out += value.dump();
+    return;
+  }
+  const std::string margin(2 * (depth + 1), ' ');
+  out += value.is_array() ? "[\n" : "{\n";
+  bool isFirst = true;
+  for (const auto& item : value.items()) {
+    if (!isFirst) out += ",\n";
+    isFirst = false;
+    out += margin;
+    if (value.is_object()) out += Json(item.key()).dump() + ": ";
+    write(item.value(), depth + 1, out);
+  }
+  out += "\n" + std::string(2 * depth, ' ') + (value.is_array() ? "]" : "}");
+}
+
+Json partitionJson(const Partition& partition) {
+  Json cullPlanes = Json::array();
+  for (int i = 0; i < partition.cullPlaneCount; ++i) {
+    const glm::dvec4& p = partition.cullPlanes[i];
+    cullPlanes.push_back({p.x, p.y, p.z, p.w});
+  }
+  Json matrix = Json::array();  // row-major; a float is exact as a double
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column) matrix.push_back(static_cast<double>(partition.clipFromWorld[column][row]));
+  const glm::ivec4& v = partition.viewport;
+  Json out;
+  out["near"] = partition.near;
+  out["far"] = partition.far;
+  out["cull_planes"] = std::move(cullPlanes);
+  out["world_to_clip"] = std::move(matrix);
+  out["viewport"] = {v.x, v.y, v.z, v.w};
+  out["layer"] = partition.layer;
+  out["warp"] = "none";
+  out["error"]["s"] = partition.error.s;
+  out["error"]["t"] = partition.error.t;
+  out["error"]["extent"] = partition.error.extent;
+  return out;
+}
+
+}  // namespace
+
+Json resultJson(const std::string& method, const Solution& solution, double solveNs) {
+  Json out;
+  out["status"] = "ok";
+  out["method"] = method;
+  out["atlas"] = {solution.atlas.x, solution.atlas.y};
+  out["depth_clamp"] = solution.depthClamp;
+  out["origin"] = {solution.originWs.x, solution.originWs.y, solution.originWs.z};
+  out["partitions"] = Json::array();
+  for (int i = 0; i < solution.partitionCount; ++i) out["partitions"].push_back(partitionJson(solution.partitions[i]));
+  out["error"]["max"] = solution.maxError;
+  out["error"]["storage_factor"] = solution.storageFactor;
+  out["error"]["needed_texels"] = solution.neededTexels;
+  out["error"]["limit_texels"] = solution.limitTexels > 0.0 ? Json(solution.limitTexels) : Json(nullptr);
+  out["warnings"] = Json::array();
+  for (int i = 0; i < kWarningCount; ++i) {
+    const std::uint32_t bit = 1u << i;
+    if ((solution.warnings & bit) != 0) out["warnings"].push_back(warningText(static_cast<Warning>(bit)));
+  }
+  out["block"] = base64({reinterpret_cast<const std::uint8_t*>(&solution.block), sizeof solution.block});
+  out["solve_ns"] = solveNs;
+  return out;
+}
+
+std::string layOut(const Json& value) {
+  std::string out;
+  write(value, 0, out);
+  return out + "\n";
+}
+
+std::string base64(std::span<const std::uint8_t> bytes) {
+  static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t left = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = static_cast<std::uint32_t>(bytes[i]) << 16;
+    if (left > 1) group |= static_cast<std::uint32_t>(bytes[i + 1]) << 8;
+    if (left > 2) group |= bytes[i + 2];
+    for (std::size_t digit = 0; digit < 4; ++digit) out += digit <= left ? kDigits[(group >> (18 - 6 * digit)) & 63u] : '=';
+  }
+  return out;
+}
+
+double timedSolve(const Frame& frame, const PssmSettings& settings, int repeat, Solution& solution) {
+  using Clock = std::chrono::steady_clock;
+  std::vector<double> times;
+  times.reserve(static_cast<std::size_t>(repeat));
+  for (int i = 0; i < repeat; ++i) {
+    const Clock::time_point start = Clock::now();
+    solvePssm(frame, settings, solution);
+    times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - start).count());
+    if (solution.status != Status::ok) break;
+  }
+  const auto middle = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+  std::nth_element(times.begin(), middle, times.end());
+  const double upper = *middle;
+  if (times.size() % 2 == 1) return upper;
+  return (upper + *std::max_element(times.begin(), middle)) / 2.0;
+}
+
+}  // namespace gnomon::cli

@@ -1,0 +1,25 @@
+// result: RESULT.json, the answer of a solve as text.
+//
+// Shader part: none.
+// Test: tests/cli_test.cpp
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "case.h"
+
+namespace gnomon::cli {
+
+[[nodiscard]] Json resultJson(const std::string& method, const Solution& solution, double solveNs);
+
+// JSON text with lists of numbers on one line each.
+[[nodiscard]] std::string layOut(const Json& value);
+
+[[nodiscard]] std::string base64(std::span<const std::uint8_t> bytes);
+
+// The median time of `repeat` whole solves, in nanoseconds; the answer is in `solution`.
+double timedSolve(const Frame& frame, const PssmSettings& settings, int repeat, Solution& solution);
+
+}  // namespace gnomon::cli

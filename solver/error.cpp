@@ -13,10 +13,10 @@ TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport,
   const double determinant = std::abs(glm::dot(glm::cross(s, t), directionWs));
   if (!(determinant > 0.0)) return {kInfinity, kInfinity, kInfinity};
   // Edges of the parallelogram that the inverse Jacobian maps a texel to, and its largest singular value:
-  // 1 / sigma_min, sigma_min^2 = 2 det^2 / (F + sqrt(F^2 - 4 det^2)), F the squared Frobenius norm.
-  const double frobenius = glm::dot(sFlat, sFlat) + glm::dot(tFlat, tFlat);
-  const double root = std::sqrt(std::max((frobenius - 2.0 * determinant) * (frobenius + 2.0 * determinant), 0.0));
-  return {glm::length(tFlat) / determinant, glm::length(sFlat) / determinant, std::sqrt((frobenius + root) / 2.0) / determinant};
+  // sigma_max of the Jacobian over the determinant. sigma_max^2 = (S + T + hypot(S - T, 2 s.t)) / 2, S and T the squared lengths.
+  const double ss = glm::dot(sFlat, sFlat), tt = glm::dot(tFlat, tFlat);
+  const double root = std::hypot(ss - tt, 2.0 * glm::dot(sFlat, tFlat));
+  return {std::sqrt(tt) / determinant, std::sqrt(ss) / determinant, std::sqrt((ss + tt + root) / 2.0) / determinant};
 }
 
 TexelError certify(const TexelError& size, double pixelWidthAtNear) noexcept {

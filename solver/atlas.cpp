@@ -25,12 +25,11 @@ glm::ivec2 viewportSize(const MapFit& fit, double texels, double margin, const L
   return {width, height};
 }
 
-// Shelves of the given width, tallest map first. Returns the height used, or 0 where a map is wider than that.
+// Shelves of the given width, at least the widest map's, tallest map first. Returns the height used.
 int shelve(const glm::ivec2* sizes, const int* order, int count, int width, int border, glm::ivec4* viewports) noexcept {
   int x = 0, y = 0, shelf = 0;
   for (int i = 0; i < count; ++i) {
     const glm::ivec2 cell = sizes[order[i]] + 2 * border;
-    if (cell.x > width) return 0;
     if (x + cell.x > width) {
       y += shelf;
       x = shelf = 0;
@@ -50,14 +49,17 @@ bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, A
     for (; j > 0 && sizes[order[j - 1]].y < sizes[i].y; --j) order[j] = order[j - 1];
     order[j] = i;
   }
+  int widest = 0;
+  for (int i = 0; i < count; ++i) widest = std::max(widest, sizes[i].x + 2 * border);
   std::int64_t leastArea = -1;
   int bestWidth = 0, bestHeight = 0;
   for (int first = 0; first < count; ++first)
     for (int last = first, width = 0; last < count; ++last) {
       width += sizes[order[last]].x + 2 * border;
       if (width > most.width) break;
+      if (width < widest) continue;
       const int height = shelve(sizes, order, count, width, border, nullptr);
-      if (height == 0 || height > most.height) continue;
+      if (height > most.height) continue;
       const std::int64_t area = static_cast<std::int64_t>(width) * height;
       if (leastArea >= 0 && (area > leastArea || (area == leastArea && std::max(width, height) >= std::max(bestWidth, bestHeight)))) continue;
       leastArea = area;

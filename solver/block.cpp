@@ -106,10 +106,8 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
     out.uvBounds = vec4(glm::dvec4(least, least + size));
     // Where no partition adjoins, the interval is widened by what float32 depth may confuse: half-open ends need a neighbour.
     const bool hasBefore = i > 0 && slices.slices[i - 1].far == slice.near, hasAfter = i + 1 < count && slices.slices[i + 1].near == slice.far;
-    const DepthSpan padded = padSlice(region, slices, i, Margin{}, byViewDepth);
-    constexpr double kViewRounding = 1.0 / 2097152.0;
-    const double viewNear = hasBefore ? slice.near : std::min(padded.near, slice.near - kViewRounding * std::abs(slice.near));
-    const double viewFar = hasAfter ? slice.far : std::max(padded.far, slice.far + kViewRounding * std::abs(slice.far));
+    const double viewNear = hasBefore ? slice.near : slice.near - viewQuantum(camera, slice.near);
+    const double viewFar = hasAfter ? slice.far : slice.far + viewQuantum(camera, slice.far);
     const double windowNear = windowDepth(camera, slice.near) * sign - (hasBefore ? 0.0 : windowQuantum(camera, slice.near));
     const double windowFar = windowDepth(camera, slice.far) * sign + (hasAfter ? 0.0 : windowQuantum(camera, slice.far));
     out.interval = vec4(glm::dvec4(viewNear, viewFar, windowNear, windowFar));

@@ -149,6 +149,13 @@ double depthQuantum(const Camera& camera, double viewDepth) noexcept {
   return rounding * z * (z / span);
 }
 
+double viewQuantum(const Camera& camera, double viewDepth) noexcept {
+  // A dot product of float32 terms as large as the distance from the eye.
+  const double widest = std::max(std::max(std::abs(camera.left), std::abs(camera.right)), std::max(std::abs(camera.down), std::abs(camera.up)));
+  const double reach = camera.projection == Projection::perspective ? std::abs(viewDepth) * (1.0 + widest) : std::abs(viewDepth) + widest;
+  return 4.0 * kFloatUlp * reach;
+}
+
 double pixelWidth(const Camera& camera, const ImageSize& image, double viewDepth) noexcept {
   const double height = (camera.down + camera.up) / image.height;
   return camera.projection == Projection::orthographic ? height : viewDepth * height;

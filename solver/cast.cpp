@@ -12,14 +12,12 @@ constexpr int kMaxSides = 12;  // of the swept prism; more hull edges than that 
 int makeCullPlanes(const Region& region, const LightSpace& light, const DepthSpan& slice, const Footprint& footprint, double grow,
                    glm::dvec4* planesWs) noexcept {
   int count = 0;
-  const auto addView = [&](const glm::dvec3& normalVs, double offset) {  // unit normal
-    if (count == kMaxCullPlanes) return;
-    const glm::dvec3 normalWs = region.worldFromView * normalVs;
-    planesWs[count++] = glm::dvec4(normalWs, offset + grow - glm::dot(normalWs, region.eyeWs));
+  const auto add = [&](const glm::dvec3& normalWs, double offset) {  // unit normal, offset from the eye
+    if (count < kMaxCullPlanes) planesWs[count++] = glm::dvec4(normalWs, offset + grow - glm::dot(normalWs, region.eyeWs));
   };
-  const glm::dmat4 rows = glm::transpose(light.lsFromView);
-  const glm::dvec3 x(rows[0]), y(rows[1]), z(rows[2]);
-  const auto addSide = [&](const glm::dvec2& inward, double offset) { addView(x * inward.x + y * inward.y, offset); };
+  const glm::dmat4& ls = light.lsFromWorld;
+  const glm::dvec3 x(ls[0][0], ls[1][0], ls[2][0]), y(ls[0][1], ls[1][1], ls[2][1]);
+  const auto addSide = [&](const glm::dvec2& inward, double offset) { add(x * inward.x + y * inward.y, offset); };
 
   // Sides: planes through the light along the silhouette.
   if (footprint.count >= 3 && footprint.count <= kMaxSides) {
@@ -42,19 +40,22 @@ int makeCullPlanes(const Region& region, const LightSpace& light, const DepthSpa
     addSide({0.0, -1.0}, greatest.y);
   }
   // Caps: faces that light leaves the region by stay where they are when it is swept towards the light.
-  addView(-z, footprint.depthFar);
+  add(-light.directionWs, footprint.depthFar);
   const auto addCap = [&](const Plane& plane) {
-    const double length = std::sqrt(glm::dot(plane.normal, plane.normal));
-    if (glm::dot(plane.normal, light.directionVs) < 0.0) addView(plane.normal / length, plane.offset / length);
+    if (!(glm::dot(plane.normal, light.directionVs) < 0.0)) return;
+    const double scale = 1.0 / std::sqrt(glm::dot(plane.normal, plane.normal));
+    add(region.worldFromView * plane.normal * scale, plane.offset * scale);
   };
-  addCap({{0.0, 0.0, 1.0}, -slice.near});
-  addCap({{0.0, 0.0, -1.0}, slice.far});
+  const double along = light.directionVs.z;
+  if (along < 0.0) add(region.worldFromView[2], -slice.near);
+  if (along > 0.0) add(-region.worldFromView[2], slice.far);
   for (int i = 0; i < region.volume.planeCount; ++i)
     if (i != 4 && i != 5) addCap(region.volume.planes[i]);  // 4 and 5 are the view volume's own near and far: the slice's are tighter
   return count;
 }
 
 void extendToCasters(std::span<const Box> casters, const Region& region, const LightSpace& light, MapFit& fit) noexcept {
+  if (casters.empty()) return;
   const glm::dmat4 rows = glm::transpose(light.lsFromWorld);
   const glm::dvec3 x = glm::dvec3(rows[0]) * fit.axisX.x + glm::dvec3(rows[1]) * fit.axisX.y;
   const glm::dvec3 y = glm::dvec3(rows[0]) * fit.axisY.x + glm::dvec3(rows[1]) * fit.axisY.y;

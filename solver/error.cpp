@@ -13,9 +13,9 @@ TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport,
   const double determinant = std::abs(glm::dot(glm::cross(s, t), directionWs));
   if (!(determinant > 0.0)) return {kInfinity, kInfinity, kInfinity};
   // Edges of the parallelogram that the inverse Jacobian maps a texel to, and its largest singular value:
-  // sigma_max of the Jacobian over the determinant. sigma_max^2 = (S + T + hypot(S - T, 2 s.t)) / 2, S and T the squared lengths.
+  // sigma_max of the Jacobian over the determinant. sigma_max^2 = (S + T + sqrt((S - T)^2 + 4 (s.t)^2)) / 2, S and T the squared lengths.
   const double ss = glm::dot(sFlat, sFlat), tt = glm::dot(tFlat, tFlat);
-  const double root = std::hypot(ss - tt, 2.0 * glm::dot(sFlat, tFlat));
+  const double st = glm::dot(sFlat, tFlat), root = std::sqrt((ss - tt) * (ss - tt) + 4.0 * st * st);
   return {std::sqrt(tt) / determinant, std::sqrt(ss) / determinant, std::sqrt((ss + tt + root) / 2.0) / determinant};
 }
 

@@ -19,7 +19,10 @@ int makeHull(glm::dvec2* points, int count) noexcept {
   glm::dvec2 chain[2 * kMaxHull];
   int size = 0;
   const auto extend = [&](const glm::dvec2& p, int least) {
-    while (size >= least && !(cross2(chain[size - 1] - chain[size - 2], p - chain[size - 2]) > 0.0)) --size;
+    for (; size >= least; --size) {
+      const glm::dvec2 &a = chain[size - 2], &b = chain[size - 1];
+      if ((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x) > 0.0) break;
+    }
     chain[size++] = p;
   };
   for (int i = 0; i < count; ++i) extend(points[i], 2);
@@ -56,9 +59,12 @@ void add(Footprint& footprint, const glm::dmat4& lsFromView, const glm::dvec3& v
     footprint.count = makeHull(footprint.hull, footprint.count);
     if (footprint.count > kMaxHull / 2) footprint.count = simplifyHull(footprint.hull, footprint.count);
   }
-  const glm::dvec4 ls = lsFromView * glm::dvec4(vs, 1.0);
-  const double depth = ls.z / ls.w;
-  footprint.hull[footprint.count++] = glm::dvec2(ls) / ls.w;
+  const glm::dmat4& m = lsFromView;
+  const bool isAffine = m[0][3] == 0.0 && m[1][3] == 0.0 && m[2][3] == 0.0;  // a directional light: w is 1
+  const double scale = isAffine ? 1.0 : 1.0 / (m[0][3] * vs.x + m[1][3] * vs.y + m[2][3] * vs.z + m[3][3]);
+  const double x = m[0][0] * vs.x + m[1][0] * vs.y + m[2][0] * vs.z + m[3][0], y = m[0][1] * vs.x + m[1][1] * vs.y + m[2][1] * vs.z + m[3][1];
+  const double depth = scale * (m[0][2] * vs.x + m[1][2] * vs.y + m[2][2] * vs.z + m[3][2]);
+  footprint.hull[footprint.count++] = {x * scale, y * scale};
   footprint.depthNear = std::min(footprint.depthNear, depth);
   footprint.depthFar = std::max(footprint.depthFar, depth);
   footprint.reach = std::max(footprint.reach, glm::dot(vs, vs));
@@ -202,11 +208,11 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
     if (!(squared > 0.0)) continue;
     double least = 0.0, greatest = 0.0, height = 0.0;  // times the edge's length; the hull lies to the left of its edges
     for (int j = 0; j < footprint.count; ++j) {
-      const glm::dvec2 p = footprint.hull[j] - from;
-      const double along = p.x * edge.x + p.y * edge.y;
-      least = std::min(least, along);
-      greatest = std::max(greatest, along);
-      height = std::max(height, cross2(edge, p));
+      const double x = footprint.hull[j].x - from.x, y = footprint.hull[j].y - from.y;
+      const double along = x * edge.x + y * edge.y, above = edge.x * y - edge.y * x;
+      least = along < least ? along : least;
+      greatest = along > greatest ? along : greatest;
+      height = above > height ? above : height;
     }
     const double length = std::sqrt(squared), area = std::max((greatest - least) / length, pixel) * std::max(height / length, pixel);
     if (!(area < leastArea)) continue;
@@ -214,7 +220,12 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
     best = edge / length;
   }
   fitAlong(footprint, best, pixel, fit);
-  if (fit.size.x < fit.size.y) fitAlong(footprint, fit.axisY, pixel, fit);  // lying rectangles shelve better
+  if (fit.size.x < fit.size.y) {  // lying rectangles shelve better: turn by a right angle
+    fit.axisX = fit.axisY;
+    fit.axisY = {-fit.axisX.y, fit.axisX.x};
+    fit.least = {fit.least.y, -(fit.least.x + fit.size.x)};
+    std::swap(fit.size.x, fit.size.y);
+  }
   return fit;
 }
 

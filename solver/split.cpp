@@ -112,14 +112,7 @@ bool needsViewDepth(const Region& region, const Splits& splits) noexcept {
 
 DepthSpan padSlice(const Region& region, const Splits& splits, int i, const Margin& margin, bool byViewDepth) noexcept {
   const DepthSpan& slice = splits.slices[i];
-  // View depth is a dot product of float32 terms as large as the distance from the eye.
-  constexpr double kViewRounding = 1.0 / 2097152.0;  // 2^-21
-  const Camera& camera = region.camera;
-  const double widest = std::max({std::abs(camera.left), std::abs(camera.right), std::abs(camera.down), std::abs(camera.up)});
-  const auto quantum = [&](double z) {
-    const double reach = camera.projection == Projection::perspective ? z * (1.0 + widest) : std::abs(z) + widest;
-    return std::max(kViewRounding * reach, byViewDepth ? 0.0 : depthQuantum(camera, z));
-  };
+  const auto quantum = [&](double z) { return std::max(viewQuantum(region.camera, z), byViewDepth ? 0.0 : depthQuantum(region.camera, z)); };
   double near = slice.near - quantum(slice.near);
   if (i > 0 && splits.slices[i - 1].far == slice.near) near -= margin.blend * (slice.near - splits.slices[i - 1].near);
   return {std::max(near, region.near), std::min(slice.far + quantum(slice.far), region.far)};

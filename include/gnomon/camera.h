@@ -40,6 +40,9 @@ namespace gnomon {
 // How far two view depths near this one may lie apart and still share a float32 depth value: world units, >= 0.
 [[nodiscard]] double depthQuantum(const Camera& camera, double viewDepth) noexcept;
 
+// The same for view depth computed in float32 from a camera-relative position, as gnomonViewDepth does.
+[[nodiscard]] double viewQuantum(const Camera& camera, double viewDepth) noexcept;
+
 // The width of a pixel at a view depth, w_i, world units.  [Lloyd 2006, eq. 2 corrected: the length, without 1/n]
 [[nodiscard]] double pixelWidth(const Camera& camera, const ImageSize& image, double viewDepth) noexcept;
 

@@ -1,0 +1,58 @@
+// render: draws a mesh with the product's shaders: the shadow maps of a solution, then the camera's view with a lookup in them.
+//
+// It stands for the renderer that takes gnomon in: it knows the block only through the includes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "context.h"
+#include "gnomon/types.h"
+#include "mesh.h"
+
+namespace gnomon::offscreen {
+
+enum class Filter { none, box3x3, tent };
+
+struct RenderOptions {
+  int width = 1280, height = 720;
+  Filter filter = Filter::none;
+  bool selectByViewDepth = false;  // as a pass without a depth buffer would
+  bool time = true;                // draw once more, warm, for the times
+};
+
+// Rows top first.
+struct RenderOutput {
+  int width = 0, height = 0;
+  std::vector<float> position;       // height x width x 3: world - origin, 0 where there is nothing
+  std::vector<float> normal;         // height x width x 3: geometric, unit, towards the viewer
+  std::vector<std::uint8_t> lit;     // height x width: 0 shadowed, 1 lit, 2 nothing (filtered: lit from one half)
+  std::vector<std::uint8_t> index;   // height x width: partition, 255 none
+  std::vector<std::uint8_t> shaded;  // height x width x 3: the picture, sRGB
+  std::vector<std::uint8_t> tinted;  // height x width x 3: partitions tinted, texels' borders drawn
+  int mapsWidth = 0, mapsHeight = 0;
+  std::vector<std::uint8_t> maps;    // mapsHeight x mapsWidth, grey: every shadow map, near dark; 0 x 0 without maps
+  std::size_t shadowTriangles = 0;   // drawn in all maps after culling
+  double shadowMs = 0.0, frameMs = 0.0;  // shadow passes; these and the camera's pass, finished
+};
+
+class Renderer {
+ public:
+  // version: of the GLSL language, "330 core" or "450". Throws std::runtime_error.
+  explicit Renderer(Backend backend = defaultBackend(), const std::string& version = "330 core");
+  ~Renderer();
+
+  // Throws std::runtime_error where the driver refuses. Keeps the mesh it drew last on the device.
+  [[nodiscard]] RenderOutput render(const Mesh& mesh, const Frame& frame, const Solution& solution, const RenderOptions& options = {});
+
+  [[nodiscard]] std::string device() const;  // what draws, as the driver names itself
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace gnomon::offscreen

@@ -161,7 +161,7 @@ struct Budget {
 // How far the shader moves a receiver along its geometric normal before it looks up.
 struct Bias {
   double slope = 1.0;       // times the least that keeps a plane from shadowing itself, given the texel and the filter [>= 0]
-  double constant = 0.125;  // longest texel stretches, added: curved surfaces and rounding [>= 0]
+  double constant = 0.03125;  // longest texel stretches, added: curved surfaces and rounding [>= 0]
 };
 
 // Everything that is the same for every method.

@@ -240,7 +240,7 @@ void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<flo
         const glm::dvec3 at(p[0], p[1], p[2]), facing(n[0], n[1], n[2]);
         const glm::dvec3 ambient = glm::mix(ground, zenith, 0.5 + 0.5 * facing.y);
         colour = 0.78 * (0.75 * ambient + 0.85 * sun * (std::max(glm::dot(facing, towardsLight), 0.0) * static_cast<double>(p[3])));
-        tinted = colour * glm::dvec3(tint[4 * source], tint[4 * source + 1], tint[4 * source + 2]) * (1.0 - 0.35 * static_cast<double>(tint[4 * source + 3]));
+        tinted = colour * glm::dvec3(tint[4 * source], tint[4 * source + 1], tint[4 * source + 2]) * (1.0 - 0.15 * static_cast<double>(tint[4 * source + 3]));
         const double distance = std::isfinite(far) ? glm::dot(at - eye, forward) / far : 0.0;
         colour = glm::mix(colour, haze, 0.35 * std::clamp(distance * distance, 0.0, 1.0));
       }

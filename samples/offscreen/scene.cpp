@@ -31,7 +31,7 @@ constexpr double kLeastNearOverFar = 1e-4;  // a mesh that reaches the camera le
 // Reads one glTF file into a mesh.
 class Loader {
  public:
-  explicit Loader(const std::string& path) : path(path) {}
+  explicit Loader(const std::string& file) : path(file) {}
 
   Mesh load() {
     readModel();

@@ -96,21 +96,21 @@ BuiltIn makeColonnade() {
 
   // Stones on the ground, at every distance alike: as many in each doubling of it.
   for (int i = 0; i < 420; ++i) {
-    const double away = 3.0 * std::pow(280.0, random.unit());
-    const double x = random.between(-1.0, 1.0) * (3.5 + 0.35 * away);
-    const double size = random.between(0.08, 0.28) * (1.0 + 0.004 * away);
+    const double distance = 3.0 * std::pow(280.0, random.unit());
+    const double x = random.between(-1.0, 1.0) * (3.5 + 0.35 * distance);
+    const double size = random.between(0.08, 0.28) * (1.0 + 0.004 * distance);
     if (std::abs(std::abs(x) - 7.0) < 2.6 || std::abs(std::abs(x) - 20.0) < 2.6) continue;
-    const glm::dvec3 at(x, 0.35 * size, 8.0 - away);
+    const glm::dvec3 at(x, 0.35 * size, 8.0 - distance);
     const glm::dmat4 frame = along(at, at + glm::dvec3(random.between(-0.4, 0.4), 1.0, random.between(-0.4, 0.4)));
     shapes.box(frame, glm::dvec3(-size, -0.8 * size, -0.7 * size), glm::dvec3(size, 0.8 * size, 0.7 * size));
   }
 
   // Obelisks beside the avenue, and thin poles along it.
   for (int i = 0; i < 36; ++i) {
-    const double away = 40.0 * std::pow(22.0, random.unit());
-    const double x = (random.unit() < 0.5 ? -1.0 : 1.0) * (30.0 + random.between(0.0, 0.5) * away);
+    const double distance = 40.0 * std::pow(22.0, random.unit());
+    const double x = (random.unit() < 0.5 ? -1.0 : 1.0) * (30.0 + random.between(0.0, 0.5) * distance);
     const double height = random.between(12.0, 34.0);
-    shapes.lathe(standing({x, 0.0, 8.0 - away}, random.between(0.0, kPi)), {{1.9, -0.3}, {1.1, height}, {0.08, height + 2.2}}, 4);
+    shapes.lathe(standing({x, 0.0, 8.0 - distance}, random.between(0.0, kPi)), {{1.9, -0.3}, {1.1, height}, {0.08, height + 2.2}}, 4);
   }
   for (double z = 2.0; z > -400.0; z -= 15.0) {
     for (const double x : {-3.9, 3.9}) {

@@ -1,0 +1,266 @@
+// The gnomon tool: solve a case, list the methods, render and judge a scene, or do all of it for the built-in scenes.
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <sstream>
+
+#include <CLI/CLI.hpp>
+
+#include "case.h"
+#include "job.h"
+#include "result.h"
+#include "scene.h"
+
+namespace {
+
+using namespace gnomon;
+using cli::Case;
+using cli::Json;
+using cli::Refusal;
+
+struct SolveArguments {
+  std::string path, method;
+  std::vector<std::string> fields;
+  bool worldSpace = false, layers = false;
+  int repeat = 1;
+
+  void addTo(CLI::App& app) {
+    app.add_option("case", path, "CASE.json, or - for standard input")->required();
+    app.add_option("--method", method, "replaces the case's whole method object");
+    app.add_option("--set", fields, "KEY=VALUE: a setting of the method, or any field by its dotted path")->allow_extra_args(false);
+    app.add_flag("--world", worldSpace, "matrices take world positions instead of world - camera position");
+    app.add_flag("--layers", layers, "one layer of an array texture for each map instead of an atlas");
+  }
+
+  [[nodiscard]] Case read() const {
+    Json root = cli::readJson(path);
+    if (!method.empty()) cli::setMethod(root, method);
+    for (const std::string& field : fields) cli::setField(root, field);
+    Case input = cli::parseCase(std::move(root));
+    input.frame.worldSpace = worldSpace;
+    if (layers) input.frame.shadowMap.layout = MapLayout::layers;
+    return input;
+  }
+};
+
+// Solves and answers with the RESULT; refuses as the library does.
+Json solveCase(const Case& input, int repeat, Solution& solution) {
+  const double ns = cli::timedSolve(input.frame, input.pssm, repeat, solution);
+  if (solution.status != Status::ok) throw Refusal(cli::refusalText(input, solution));
+  return cli::resultJson(input.method, solution, ns);
+}
+
+int solve(const SolveArguments& arguments) {
+  const Case input = arguments.read();
+  auto solution = std::make_unique<Solution>();
+  std::cout << cli::layOut(solveCase(input, arguments.repeat, *solution));
+  return 0;
+}
+
+int listMethods(bool isJson) {
+  if (isJson) {
+    Json out = Json::array();
+    for (const cli::Method& method : cli::methods()) {
+      Json settings = Json::array();
+      for (const cli::Setting& setting : method.settings)
+        settings.push_back({{"name", setting.name}, {"values", setting.values}, {"default", setting.fallback}, {"meaning", setting.meaning}});
+      out.push_back({{"name", method.name}, {"meaning", method.meaning}, {"settings", settings}});
+    }
+    std::cout << cli::layOut(out);
+    return 0;
+  }
+  for (const cli::Method& method : cli::methods()) {
+    std::cout << method.name << ": " << method.meaning << "\n";
+    for (const cli::Setting& setting : method.settings)
+      std::cout << "  " << std::left << std::setw(8) << setting.name << " " << setting.meaning << "\n           " << setting.values << "; default "
+                << setting.fallback.dump() << "\n";
+  }
+  return 0;
+}
+
+void writeText(const std::string& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  if (!file) throw std::runtime_error(path + ": cannot be written");
+}
+
+// A built-in scene by name, or a glTF file.
+offscreen::Mesh loadScene(const std::string& name) {
+  const std::vector<std::string> names = offscreen::builtInNames();
+  if (std::find(names.begin(), names.end(), name) != names.end()) return offscreen::makeBuiltIn(name).mesh;
+  if (!std::filesystem::exists(name)) {
+    std::string list;
+    for (const std::string& each : names) list += (list.empty() ? "" : ", ") + each;
+    throw Refusal("--scene: must be a .glb file or one of " + list + ", got " + name);
+  }
+  return offscreen::loadGlb(name);
+}
+
+const std::map<std::string, offscreen::Filter> kFilters{{"none", offscreen::Filter::none}, {"3x3", offscreen::Filter::box3x3}, {"tent", offscreen::Filter::tent}};
+
+std::string percent(double share) {
+  std::ostringstream out;
+  out << std::fixed << std::setprecision(3) << 100.0 * share << " %";
+  return out.str();
+}
+
+int render(const SolveArguments& arguments, const std::string& scene, const std::string& folder, offscreen::Filter filter) {
+  const Case input = arguments.read();
+  auto solution = std::make_unique<Solution>();
+  const Json result = solveCase(input, arguments.repeat, *solution);
+  std::cerr << "reading " << scene << "\n";
+  const offscreen::Mesh mesh = loadScene(scene);
+  std::cerr << "building the ray tracer's tree, " << mesh.indices.size() / 3 << " triangles\n";
+  const offscreen::Tracer tracer(mesh);
+  offscreen::Renderer renderer;
+  std::cerr << "rendering on " << renderer.device() << "\n";
+  offscreen::RenderOptions options;
+  options.width = static_cast<int>(input.frame.image.width);
+  options.height = static_cast<int>(input.frame.image.height);
+  options.filter = filter;
+  const offscreen::Picture picture = offscreen::makePicture(renderer, mesh, tracer, input.frame, *solution, options);
+  offscreen::writePictures(picture, folder);
+  offscreen::writeArrays(picture, folder);
+  writeText(folder + "/result.json", cli::layOut(result));
+  const offscreen::WrongPixels& wrong = picture.wrong;
+  std::cout << "wrong " << percent(wrong.share()) << " of " << wrong.counted << " pixels that face the light (" << wrong.wrongNear << " within a pixel of a true edge, "
+            << wrong.wrongFar << " farther), " << std::setprecision(3) << wrong.perEdge() << " per edge pixel; " << folder << "/\n";
+  return 0;
+}
+
+// The main job's table.
+class Table {
+ public:
+  explicit Table(std::vector<std::string> head) { rows_.push_back(std::move(head)); }
+  void add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
+  [[nodiscard]] std::string text() const {
+    std::vector<std::size_t> widths(rows_[0].size());
+    for (const auto& row : rows_)
+      for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+    std::string out;
+    for (const auto& row : rows_) {
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        const std::string space(widths[i] - row[i].size(), ' ');
+        out += (i == 0 ? "" : "  ") + (i < kTextColumns ? row[i] + space : space + row[i]);
+      }
+      out += "\n";
+    }
+    return out;
+  }
+
+ private:
+  static constexpr std::size_t kTextColumns = 2;  // names to the left, numbers to the right
+  std::vector<std::vector<std::string>> rows_;
+};
+
+std::string number(double value, int digits) {
+  std::ostringstream out;
+  out << std::fixed << std::setprecision(digits) << value;
+  return out.str();
+}
+
+// Renders and judges every view; pictures in folders under `folder`, the table on standard output and in table.txt.
+int run(const std::string& file, const std::string& folder) {
+  constexpr double kWidth = 1280.0, kHeight = 720.0;
+  constexpr int kTimings = 101;
+  struct Job {
+    offscreen::Mesh mesh;
+    std::vector<offscreen::View> views;
+  };
+  std::vector<std::string> names = file.empty() ? offscreen::builtInNames() : std::vector<std::string>{file};
+  offscreen::Renderer renderer;
+  std::cerr << "rendering on " << renderer.device() << ", " << kWidth << " x " << kHeight << ", four maps of 2048 x 2048 texels, unfiltered\n";
+  Table table({"scene", "light", "passes", "texels", "max error", "needed/limit", "wrong", "near edge", "farther", "solve", "frame"});
+  std::filesystem::create_directories(folder);
+  for (const std::string& name : names) {
+    std::cerr << name << ": preparing" << std::flush;
+    Job job;
+    if (file.empty()) {
+      offscreen::BuiltIn scene = offscreen::makeBuiltIn(name);
+      job = {std::move(scene.mesh), std::move(scene.views)};
+    } else {
+      job.mesh = offscreen::loadGlb(file);
+      job.views = offscreen::framedViews(job.mesh, kWidth / kHeight);
+    }
+    const std::string title = file.empty() ? name : std::filesystem::path(file).stem().string();
+    const offscreen::Tracer tracer(job.mesh);
+    const Box bounds{job.mesh.min, job.mesh.max};
+    for (const offscreen::View& view : job.views) {
+      std::cerr << "\r" << title << ": " << view.camera << ", " << view.light << " light                    " << std::flush;
+      Frame frame;
+      frame.camera = view.cam;
+      frame.light.directionWs = view.lightDirectionWs;
+      frame.image = {kWidth, kHeight};
+      frame.scene.receivers = {&bounds, 1};
+      auto solution = std::make_unique<Solution>();
+      const double ns = cli::timedSolve(frame, {}, kTimings, *solution);
+      if (solution->status != Status::ok) throw std::runtime_error(title + ": " + statusField(solution->status) + " " + statusRule(solution->status));
+      const offscreen::Picture picture = offscreen::makePicture(renderer, job.mesh, tracer, frame, *solution, {});
+      offscreen::writePictures(picture, folder + "/" + title + "-" + view.camera + "-" + view.light);
+      Frame whole = frame;  // the limit is known for a whole frustum only: the same view without its receivers
+      whole.scene = {};
+      auto wholeSolution = std::make_unique<Solution>();
+      (void)solvePssm(whole, {}, *wholeSolution);
+      double texels = 0.0;
+      for (int i = 0; i < solution->partitionCount; ++i) texels += static_cast<double>(solution->partitions[i].viewport.z) * solution->partitions[i].viewport.w;
+      const std::string ratio = wholeSolution->limitTexels > 0.0 ? number(wholeSolution->neededTexels / wholeSolution->limitTexels, 2) : "-";
+      table.add({title + ", " + view.camera, view.light, std::to_string(solution->partitionCount), number(texels / 1e6, 1) + " M", number(solution->maxError, 2), ratio,
+                 percent(picture.wrong.share()), std::to_string(picture.wrong.wrongNear), std::to_string(picture.wrong.wrongFar), number(ns / 1e3, 2) + " us",
+                 number(picture.image.frameMs, 0) + " ms"});
+    }
+    std::cerr << "\r" << title << ": done                                        \n";
+  }
+  const std::string text = table.text() +
+                           "\nmax error: widest texel edge over a pixel's width, predicted; needed/limit: of the view without its receiver box; wrong: share of the pixels that\n"
+                           "face the light, against ray tracing; near edge: wrong pixels within one pixel of a true shadow edge. Pictures: " + folder + "/*/\n";
+  writeText(folder + "/table.txt", text);
+  std::cout << text;
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("gnomon: shadow-map partitions, solved, rendered and judged");
+  app.require_subcommand(1);
+  SolveArguments arguments;
+  std::string scene, folder, file;
+  bool isJson = false;
+  offscreen::Filter filter = offscreen::Filter::none;
+
+  CLI::App* solveCommand = app.add_subcommand("solve", "solve a case; RESULT.json on standard output");
+  arguments.addTo(*solveCommand);
+  CLI::App* methodsCommand = app.add_subcommand("methods", "methods and their settings, defaults and ranges");
+  methodsCommand->add_flag("--json", isJson, "as JSON");
+  CLI::App* renderCommand = app.add_subcommand("render", "solve a case, render a scene with it and judge the picture against ray tracing");
+  arguments.addTo(*renderCommand);
+  for (CLI::App* command : {solveCommand, renderCommand})
+    command->add_option("--repeat", arguments.repeat, "solve so often; solve_ns is the median")->check(CLI::Range(1, 100000000));
+  renderCommand->add_option("--scene", scene, "a .glb file, or a built-in scene: colonnade, relief, city, hall")->required();
+  renderCommand->add_option("--out", folder, "folder for pictures and arrays")->required();
+  renderCommand->add_option("--filter", filter, "none, 3x3 or tent (give margin.filter 1 or 2 with them)")->transform(CLI::CheckedTransformer(kFilters));
+  CLI::App* runCommand = app.add_subcommand("run", "the main job: render and judge the built-in scenes, or a .glb");
+  runCommand->add_option("scene", file, "a .glb file; none: the built-in scenes");
+  runCommand->add_option("--out", folder, "folder for pictures and the table")->default_val("out");
+
+  try {
+    app.parse(argc, argv);
+    if (solveCommand->parsed()) return solve(arguments);
+    if (methodsCommand->parsed()) return listMethods(isJson);
+    if (renderCommand->parsed()) return render(arguments, scene, folder, filter);
+    return run(file, folder);
+  } catch (const CLI::Success& asked) {  // --help
+    return app.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "gnomon: %s\n", error.what());
+  } catch (const Refusal& refusal) {
+    std::fprintf(stderr, "gnomon: %s\n", refusal.what());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "gnomon: %s\n", error.what());
+    return 1;
+  }
+  return 2;
+}

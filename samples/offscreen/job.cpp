@@ -1,0 +1,42 @@
+#include "job.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "picture.h"
+
+namespace gnomon::offscreen {
+
+Picture makePicture(Renderer& renderer, const Mesh& mesh, const Tracer& tracer, const Frame& frame, const Solution& solution,
+                    const RenderOptions& options) {
+  Picture picture;
+  picture.image = renderer.render(mesh, frame, solution, options);
+  const RenderOutput& image = picture.image;
+  std::vector<std::uint8_t> present(image.lit.size());
+  std::transform(image.lit.begin(), image.lit.end(), present.begin(), [](std::uint8_t lit) { return static_cast<std::uint8_t>(lit != kNothing); });
+  picture.truth = tracer.lit(image.position, image.normal, present, solution.originWs, frame.camera.forwardWs, frame.camera.positionWs, frame.light.directionWs);
+  picture.counted = countedPixels(picture.truth, image.normal, frame.light.directionWs);
+  picture.wrong = countWrong(image.width, image.height, image.lit, picture.truth, picture.counted);
+  return picture;
+}
+
+void writePictures(const Picture& picture, const std::string& folder) {
+  std::filesystem::create_directories(folder);
+  const RenderOutput& image = picture.image;
+  writePng(folder + "/shaded.png", image.width, image.height, 3, image.shaded);
+  writePng(folder + "/tinted.png", image.width, image.height, 3, image.tinted);
+  writePng(folder + "/difference.png", image.width, image.height, 3,
+           differencePicture(image.width, image.height, image.lit, picture.truth, picture.counted));
+  if (!image.maps.empty()) writePng(folder + "/maps.png", image.mapsWidth, image.mapsHeight, 1, image.maps);
+}
+
+void writeArrays(const Picture& picture, const std::string& folder) {
+  std::filesystem::create_directories(folder);
+  const RenderOutput& image = picture.image;
+  writeNpy(folder + "/position.npy", image.width, image.height, image.position);
+  writeNpy(folder + "/normal.npy", image.width, image.height, image.normal);
+  writeNpy(folder + "/lit.npy", image.width, image.height, image.lit);
+  writeNpy(folder + "/index.npy", image.width, image.height, image.index);
+}
+
+}  // namespace gnomon::offscreen

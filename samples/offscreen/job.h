@@ -1,0 +1,31 @@
+// job: one picture from start to end: render a solution, trace the truth, count wrong pixels, write the files of the contract.
+//
+// Test: tests/job_test.cpp
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "render.h"
+#include "truth.h"
+#include "wrong.h"
+
+namespace gnomon::offscreen {
+
+struct Picture {
+  RenderOutput image;
+  std::vector<std::uint8_t> truth, counted;
+  WrongPixels wrong;
+};
+
+// Draws and judges one view of the tracer's mesh. Throws std::runtime_error.
+[[nodiscard]] Picture makePicture(Renderer& renderer, const Mesh& mesh, const Tracer& tracer, const Frame& frame, const Solution& solution,
+                                  const RenderOptions& options);
+
+// shaded.png, tinted.png, difference.png, maps.png into a folder, made where it is not there.
+void writePictures(const Picture& picture, const std::string& folder);
+
+// position.npy, normal.npy, lit.npy, index.npy.
+void writeArrays(const Picture& picture, const std::string& folder);
+
+}  // namespace gnomon::offscreen

@@ -117,11 +117,12 @@ int render(const SolveArguments& arguments, const std::string& scene, const std:
   const offscreen::Tracer tracer(mesh);
   offscreen::Renderer renderer;
   std::cerr << "rendering on " << renderer.device() << "\n";
+  renderer.load(mesh);
   offscreen::RenderOptions options;
   options.width = static_cast<int>(input.frame.image.width);
   options.height = static_cast<int>(input.frame.image.height);
   options.filter = filter;
-  const offscreen::Picture picture = offscreen::makePicture(renderer, mesh, tracer, input.frame, *solution, options);
+  const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, input.frame, *solution, options);
   offscreen::writePictures(picture, folder);
   offscreen::writeArrays(picture, folder);
   writeText(folder + "/result.json", cli::layOut(result));
@@ -176,7 +177,7 @@ int run(const std::string& file, const std::string& folder) {
   Table table({"scene", "light", "passes", "texels", "max error", "needed/limit", "wrong", "near edge", "farther", "solve", "frame"});
   std::filesystem::create_directories(folder);
   for (const std::string& name : names) {
-    std::cerr << name << ": preparing" << std::flush;
+    std::cerr << name << ": preparing\n";
     Job job;
     if (file.empty()) {
       offscreen::BuiltIn scene = offscreen::makeBuiltIn(name);
@@ -187,9 +188,10 @@ int run(const std::string& file, const std::string& folder) {
     }
     const std::string title = file.empty() ? name : std::filesystem::path(file).stem().string();
     const offscreen::Tracer tracer(job.mesh);
+    renderer.load(job.mesh);
     const Box bounds{job.mesh.min, job.mesh.max};
     for (const offscreen::View& view : job.views) {
-      std::cerr << "\r" << title << ": " << view.camera << ", " << view.light << " light                    " << std::flush;
+      std::cerr << title << ": " << view.camera << ", " << view.light << " light\n";
       Frame frame;
       frame.camera = view.cam;
       frame.light.directionWs = view.lightDirectionWs;
@@ -198,7 +200,7 @@ int run(const std::string& file, const std::string& folder) {
       auto solution = std::make_unique<Solution>();
       const double ns = cli::timedSolve(frame, {}, kTimings, *solution);
       if (solution->status != Status::ok) throw std::runtime_error(title + ": " + statusField(solution->status) + " " + statusRule(solution->status));
-      const offscreen::Picture picture = offscreen::makePicture(renderer, job.mesh, tracer, frame, *solution, {});
+      const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, frame, *solution, {});
       offscreen::writePictures(picture, folder + "/" + title + "-" + view.camera + "-" + view.light);
       Frame whole = frame;  // the limit is known for a whole frustum only: the same view without its receivers
       whole.scene = {};
@@ -211,7 +213,6 @@ int run(const std::string& file, const std::string& folder) {
                  percent(picture.wrong.share()), std::to_string(picture.wrong.wrongNear), std::to_string(picture.wrong.wrongFar), number(ns / 1e3, 2) + " us",
                  number(picture.image.frameMs, 0) + " ms"});
     }
-    std::cerr << "\r" << title << ": done                                        \n";
   }
   const std::string text = table.text() +
                            "\nmax error: widest texel edge over a pixel's width, predicted; needed/limit: of the view without its receiver box; wrong: share of the pixels that\n"

@@ -7,10 +7,10 @@
 
 namespace gnomon::offscreen {
 
-Picture makePicture(Renderer& renderer, const Mesh& mesh, const Tracer& tracer, const Frame& frame, const Solution& solution,
+Picture makePicture(Renderer& renderer, const Tracer& tracer, const Frame& frame, const Solution& solution,
                     const RenderOptions& options) {
   Picture picture;
-  picture.image = renderer.render(mesh, frame, solution, options);
+  picture.image = renderer.render(frame, solution, options);
   const RenderOutput& image = picture.image;
   std::vector<std::uint8_t> present(image.lit.size());
   std::transform(image.lit.begin(), image.lit.end(), present.begin(), [](std::uint8_t lit) { return static_cast<std::uint8_t>(lit != kNothing); });

@@ -18,8 +18,8 @@ struct Picture {
   WrongPixels wrong;
 };
 
-// Draws and judges one view of the tracer's mesh. Throws std::runtime_error.
-[[nodiscard]] Picture makePicture(Renderer& renderer, const Mesh& mesh, const Tracer& tracer, const Frame& frame, const Solution& solution,
+// Draws and judges one view of the mesh that renderer and tracer hold. Throws std::runtime_error.
+[[nodiscard]] Picture makePicture(Renderer& renderer, const Tracer& tracer, const Frame& frame, const Solution& solution,
                                   const RenderOptions& options);
 
 // shaded.png, tinted.png, difference.png, maps.png into a folder, made where it is not there.

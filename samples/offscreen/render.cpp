@@ -257,7 +257,8 @@ struct Renderer::State {
   std::unique_ptr<Context> context;
   GLuint cast = 0, view = 0, vertexArray = 0, vertices = 0, elements = 0, block = 0;
   std::unique_ptr<Texture> normals;
-  const Mesh* mesh = nullptr;
+  Mesh mesh;
+  bool isPlaced = false;  // positions are on the device, relative to origin
   glm::dvec3 origin{0.0};
   std::vector<Chunk> chunks;
   std::vector<std::uint32_t> indices;
@@ -271,21 +272,23 @@ struct Renderer::State {
     gl::DeleteVertexArrays(1, &vertexArray);
   }
 
+  void load(const Mesh& newMesh) {
+    mesh = newMesh;
+    isPlaced = false;
+    chunks = makeChunks(mesh, indices);
+    gl::BindVertexArray(vertexArray);
+    gl::BindBuffer(GL_ELEMENT_ARRAY_BUFFER, elements);
+    gl::BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof indices[0]), indices.data(), GL_STATIC_DRAW);
+    uploadNormals();
+  }
+
   // Positions relative to the origin, rounded to float once, so that both passes see the same numbers.
-  void upload(const Mesh& newMesh, const glm::dvec3& originWs) {
-    if (mesh != &newMesh) {
-      mesh = &newMesh;
-      chunks = makeChunks(newMesh, indices);
-      gl::BindVertexArray(vertexArray);
-      gl::BindBuffer(GL_ELEMENT_ARRAY_BUFFER, elements);
-      gl::BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof indices[0]), indices.data(), GL_STATIC_DRAW);
-      uploadNormals(newMesh);
-    } else if (origin == originWs) {
-      return;
-    }
+  void place(const glm::dvec3& originWs) {
+    if (isPlaced && origin == originWs) return;
+    isPlaced = true;
     origin = originWs;
-    std::vector<glm::vec3> relative(newMesh.positionsWs.size());
-    std::transform(newMesh.positionsWs.begin(), newMesh.positionsWs.end(), relative.begin(), [&](const glm::vec3& p) { return glm::vec3(glm::dvec3(p) - originWs); });
+    std::vector<glm::vec3> relative(mesh.positionsWs.size());
+    std::transform(mesh.positionsWs.begin(), mesh.positionsWs.end(), relative.begin(), [&](const glm::vec3& p) { return glm::vec3(glm::dvec3(p) - originWs); });
     gl::BindVertexArray(vertexArray);
     gl::BindBuffer(GL_ARRAY_BUFFER, vertices);
     gl::BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(relative.size() * sizeof relative[0]), relative.data(), GL_STATIC_DRAW);
@@ -293,12 +296,12 @@ struct Renderer::State {
     gl::VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
   }
 
-  void uploadNormals(const Mesh& newMesh) {
+  void uploadNormals() {
     constexpr std::size_t kWidth = 4096;
     const std::size_t triangles = indices.size() / 3, rows = (triangles + kWidth - 1) / kWidth;
     std::vector<glm::vec3> faces(std::max<std::size_t>(rows, 1) * kWidth, glm::vec3(0.0f, 1.0f, 0.0f));
     for (std::size_t t = 0; t < triangles; ++t) {
-      const glm::dvec3 a(newMesh.positionsWs[indices[3 * t]]), b(newMesh.positionsWs[indices[3 * t + 1]]), c(newMesh.positionsWs[indices[3 * t + 2]]);
+      const glm::dvec3 a(mesh.positionsWs[indices[3 * t]]), b(mesh.positionsWs[indices[3 * t + 1]]), c(mesh.positionsWs[indices[3 * t + 2]]);
       const glm::dvec3 n = glm::cross(b - a, c - a);
       if (const double length = glm::length(n); length > 0.0) faces[t] = glm::vec3(n / length);
     }
@@ -328,10 +331,16 @@ std::string Renderer::device() const {
   return std::string(reinterpret_cast<const char*>(gl::GetString(GL_RENDERER))) + " (" + state_->context->name() + ")";
 }
 
-RenderOutput Renderer::render(const Mesh& mesh, const Frame& frame, const Solution& solution, const RenderOptions& options) {
+void Renderer::load(const Mesh& mesh) {
+  state_->context->makeCurrent();
+  state_->load(mesh);
+}
+
+RenderOutput Renderer::render(const Frame& frame, const Solution& solution, const RenderOptions& options) {
   State& s = *state_;
   s.context->makeCurrent();
-  s.upload(mesh, solution.originWs);
+  if (s.indices.empty()) throw std::runtime_error("Renderer: no mesh was loaded");
+  s.place(solution.originWs);
   gl::BindBuffer(GL_UNIFORM_BUFFER, s.block);
   gl::BufferData(GL_UNIFORM_BUFFER, sizeof solution.block, &solution.block, GL_DYNAMIC_DRAW);
   gl::BindBufferBase(GL_UNIFORM_BUFFER, 0, s.block);

@@ -45,8 +45,11 @@ class Renderer {
   explicit Renderer(Backend backend = defaultBackend(), const std::string& version = "330 core");
   ~Renderer();
 
-  // Throws std::runtime_error where the driver refuses. Keeps the mesh it drew last on the device.
-  [[nodiscard]] RenderOutput render(const Mesh& mesh, const Frame& frame, const Solution& solution, const RenderOptions& options = {});
+  // Puts a mesh on the device; every render draws the last one.
+  void load(const Mesh& mesh);
+
+  // Throws std::runtime_error where the driver refuses or no mesh was loaded.
+  [[nodiscard]] RenderOutput render(const Frame& frame, const Solution& solution, const RenderOptions& options = {});
 
   [[nodiscard]] std::string device() const;  // what draws, as the driver names itself
 

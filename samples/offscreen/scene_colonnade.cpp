@@ -1,4 +1,4 @@
-// colonnade: an avenue of columns from a few metres away to the horizon, in ruins here and there. Depth of what is seen: about 1 to 300.
+// colonnade: an avenue of columns from a few metres away to the horizon, in ruins here and there. Depth of what is seen: about 1 to 600.
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -96,9 +96,9 @@ BuiltIn makeColonnade() {
 
   // Stones on the ground, at every distance alike: as many in each doubling of it.
   for (int i = 0; i < 420; ++i) {
-    const double distance = 3.0 * std::pow(280.0, random.unit());
+    const double distance = 4.0 * std::pow(210.0, random.unit());
     const double x = random.between(-1.0, 1.0) * (3.5 + 0.35 * distance);
-    const double size = random.between(0.08, 0.28) * (1.0 + 0.004 * distance);
+    const double size = random.between(0.06, 0.22) * (1.0 + 0.004 * distance);
     if (std::abs(std::abs(x) - 7.0) < 2.6 || std::abs(std::abs(x) - 20.0) < 2.6) continue;
     const glm::dvec3 at(x, 0.35 * size, 8.0 - distance);
     const glm::dmat4 frame = along(at, at + glm::dvec3(random.between(-0.4, 0.4), 1.0, random.between(-0.4, 0.4)));
@@ -120,7 +120,7 @@ BuiltIn makeColonnade() {
 
   BuiltIn scene{shapes.take(), {}};
   const gnomon::Camera camera = builtInCamera(scene.mesh, {1.3, 1.7, 8.0}, {-4.0, 4.5, -100.0});
-  scene.views = {{"avenue", "steep", camera, glm::normalize(glm::dvec3(0.62, -1.0, -0.34))},
+  scene.views = {{"avenue", "steep", camera, glm::normalize(glm::dvec3(0.8, -0.85, -0.3))},
                  {"avenue", "dueling", camera, glm::normalize(glm::dvec3(0.3, -0.42, 0.86))}};
   return scene;
 }

@@ -1,4 +1,5 @@
 // hall: an indoor hall of sixty metres; the sun enters through barred windows at the sides and a glassless strip in the roof.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -93,11 +94,17 @@ BuiltIn makeHall() {
   }
   for (const double x : {-5.2, 5.2}) shapes.box({x - 0.28, 7.2, kEnd + 0.1}, {x + 0.28, 7.9, kFront + 0.1});
   for (const double side : {-1.0, 1.0}) {
-    const double a = side * 2.9, b = side * (kHalfWidth + 1.3);
-    shapes.box({std::min(a, b), 8.4, kEnd - 0.9}, {std::max(a, b), 8.75, kFront + 0.9});
+    const double a = side * 4.4, b = side * (kHalfWidth + 1.3);
     shapes.box({a - 0.12, 8.3, kEnd - 0.8}, {a + 0.12, 9.0, kFront + 0.8});
+    // Over the aisles every third bay is open; what is left of the slabs rests on the beams.
+    int bay = 0;
+    for (double z = kFront - 0.5; z > kEnd; z -= kBay, ++bay) {
+      if ((bay + (side > 0.0 ? 1 : 0)) % 3 == 2) continue;
+      const double low = 8.4 + 0.004 * (bay % 2);  // neighbours meet inside one another, not face to face
+      shapes.box({std::min(a, b), low, z - kBay - 0.1}, {std::max(a, b), low + 0.3 + 0.008 * (bay % 2), z + 0.1});
+    }
   }
-  for (double z = kFront - 1.0; z > kEnd; z -= 1.1) shapes.box({-3.3, 8.55, z - 0.06}, {3.3, 8.71, z + 0.06});
+  for (double z = kFront - 1.0; z > kEnd; z -= 1.3) shapes.box({-4.8, 8.55, z - 0.05}, {4.8, 8.705, z + 0.05});
 
   // A gallery along the left wall, with a railing and thin posts below.
   shapes.box({-kHalfWidth - 0.1, 3.35, kEnd + 4.0}, {-7.1, 3.55, -7.0});
@@ -134,7 +141,7 @@ BuiltIn makeHall() {
   const gnomon::Camera camera = builtInCamera(scene.mesh, {3.3, 1.75, 1.5}, {-1.2, 2.6, -30.0});
   scene.views = {{"aisle", "steep", camera, glm::normalize(glm::dvec3(-0.28, -1.0, -0.3))},
                  {"aisle", "low", camera, glm::normalize(glm::dvec3(-0.9, -0.42, -0.3))},
-                 {"aisle", "dueling", camera, glm::normalize(glm::dvec3(0.34, -0.5, 0.72))}};
+                 {"aisle", "dueling", camera, glm::normalize(glm::dvec3(0.36, -0.72, 0.62))}};
   return scene;
 }
 

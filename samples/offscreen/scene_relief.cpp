@@ -1,4 +1,4 @@
-// relief: seven kilometres of ridges, rocks and spires. Depth of what is seen: about 1 to 300.
+// relief: seven kilometres of ridges, rocks and spires. Depth of what is seen: about 1 to 750.
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -17,12 +17,13 @@ constexpr double kBehind = 260.0;   // metres behind it
 double heightAt(double x, double z) {
   const glm::dvec2 p(x, z);
   const double away = std::sqrt(x * x + z * z);
-  const double valley = 0.18 + 0.82 * (1.0 - std::exp(-std::pow(std::abs(x + 0.12 * z + 90.0) / 1150.0, 2.0)));
+  const double valley = 0.12 + 0.88 * (1.0 - std::exp(-std::pow(std::abs(x + 0.12 * z + 90.0) / 1000.0, 2.0)));
   const double mountains = 900.0 * ridgedNoise(p / 2100.0, 5, 3) * valley * (1.0 - std::exp(-away / 900.0));
   const double hills = 46.0 * ridgedNoise(p / 240.0, 3, 23) * (1.0 - 0.6 * std::exp(-away / 150.0));
+  const double crags = 15.0 * ridgedNoise(p / 64.0, 2, 33) * (1.0 - std::exp(-away / 160.0));
   const double bumps = 3.2 * smoothNoise(p / 21.0, 41) + 0.7 * smoothNoise(p / 5.5, 43);
-  const double shoulder = 34.0 * std::exp(-away * away / 16000.0);  // what the camera stands on
-  return mountains + hills + bumps + shoulder;
+  const double shoulder = 60.0 * std::exp(-away * away / 8000.0);  // what the camera stands on
+  return mountains + hills + crags + bumps + shoulder;
 }
 
 // Half the terrain's width: the view's, and room at the sides for what casts into it.
@@ -35,7 +36,7 @@ BuiltIn makeRelief() {
   Random random(5);
 
   // A fan: cells grow with distance and stay about square.
-  constexpr int kColumns = 224, kRows = 216;
+  constexpr int kColumns = 208, kRows = 200;
   constexpr double kFirst = 70.0;  // metres: how soon cells begin to grow
   std::vector<glm::dvec3> points;
   for (int r = 0; r <= kRows; ++r) {
@@ -51,10 +52,10 @@ BuiltIn makeRelief() {
   shapes.sheet(points, kColumns, kRows);
 
   // Spires and boulders, as many in each doubling of the distance.
-  for (int i = 0; i < 110; ++i) {
-    const double away = 26.0 * std::pow(220.0, random.unit());
+  for (int i = 0; i < 230; ++i) {
+    const double away = 28.0 * std::pow(200.0, random.unit());
     const double x = random.between(-1.0, 1.0) * away;
-    const double height = random.between(0.5, 1.0) * (7.0 + 0.055 * away) * (random.unit() < 0.2 ? 1.8 : 1.0);
+    const double height = random.between(0.5, 1.0) * (7.0 + 0.075 * away) * (random.unit() < 0.2 ? 1.8 : 1.0);
     const double radius = height * random.between(0.09, 0.2);
     const glm::dvec3 foot(x, heightAt(x, -away) - 0.3 * height, -away);
     const glm::dvec3 lean(random.between(-0.12, 0.12), 1.0, random.between(-0.12, 0.12));
@@ -73,10 +74,10 @@ BuiltIn makeRelief() {
   }
 
   BuiltIn scene{shapes.take(), {}};
-  const glm::dvec3 eye(0.0, heightAt(0.0, 0.0) + 7.0, 0.0);
-  const gnomon::Camera camera = builtInCamera(scene.mesh, eye, eye + glm::dvec3(-30.0, -13.0, -100.0));
+  const glm::dvec3 eye(0.0, heightAt(0.0, 0.0) + 9.0, 0.0);
+  const gnomon::Camera camera = builtInCamera(scene.mesh, eye, eye + glm::dvec3(-12.0, -15.0, -100.0));
   scene.views = {{"shoulder", "low", camera, glm::normalize(glm::dvec3(0.86, -0.36, 0.36))},
-                 {"shoulder", "steep", camera, glm::normalize(glm::dvec3(-0.62, -0.8, -0.35))}};
+                 {"shoulder", "steep", camera, glm::normalize(glm::dvec3(-0.84, -0.56, 0.1))}};
   return scene;
 }
 

@@ -1,0 +1,81 @@
+// The tool and an independent judge on outside cases, where GNOMON_EXTRA_DATA names a folder that holds cases/ and tools/judge.py.
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+const fs::path kData = GNOMON_EXTRA_DATA;
+
+class Cases : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (kData.empty() || !fs::exists(kData / "cases") || !fs::exists(kData / "tools/judge.py")) GTEST_SKIP() << "GNOMON_EXTRA_DATA has no cases and judge";
+    if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) GTEST_SKIP() << "python3-numpy is missing";
+    for (const auto& entry : fs::directory_iterator(kData / "cases"))
+      if (entry.path().extension() == ".json") cases_.push_back(entry.path());
+    ASSERT_FALSE(cases_.empty());
+  }
+
+  struct Answer {
+    Json input, result, verdict;
+  };
+
+  [[nodiscard]] Answer solve(const fs::path& path, const std::string& settings) const {
+    const std::string stem = ::testing::TempDir() + "gnomon_" + path.stem().string();
+    const std::string command = std::string(GNOMON_TOOL) + " solve " + path.string() + " --method pssm --set split=logarithmic " + settings + " > " + stem + ".json && /usr/bin/python3 " +
+                                (kData / "tools/judge.py").string() + " " + path.string() + " " + stem + ".json > " + stem + ".verdict";
+    EXPECT_EQ(std::system(command.c_str()), 0) << command;
+    return {Json::parse(std::ifstream(path)), Json::parse(std::ifstream(stem + ".json")), Json::parse(std::ifstream(stem + ".verdict"))};
+  }
+
+  // Zero uncovered, no rule broken, predictions never below the judge's and at most `above` over them. Returns the geometric
+  // mean of needed / limit over the views of four maps without a scene.
+  [[nodiscard]] double judge(const std::string& settings, double above, double aboveWithScene) const {
+    double logs = 0.0;
+    int count = 0;
+    for (const fs::path& path : cases_) {
+      const Answer answer = solve(path, settings);
+      const bool hasScene = answer.input.contains("scene");
+      EXPECT_EQ(answer.verdict["uncovered"], 0) << path;
+      EXPECT_TRUE(answer.verdict["violations"].empty()) << path << answer.verdict["violations"];
+      const Json& per = answer.verdict["per_partition"];
+      for (std::size_t i = 0; i < per.size(); ++i) {
+        if (per[i]["points"] == 0) continue;
+        for (const char* which : {"s", "t", "extent"}) {
+          const double ratio = answer.result["partitions"][i]["error"][which].get<double>() / per[i]["max_" + std::string(which)].get<double>();
+          EXPECT_GE(ratio, 1.0) << path << " " << i << which;
+          EXPECT_LE(ratio, 1.0 + (hasScene ? aboveWithScene : above)) << path << " " << i << which;
+        }
+      }
+      if (hasScene || answer.input["budget"]["partitions"] != 4) continue;
+      logs += std::log(answer.verdict["needed_over_limit"].get<double>());
+      ++count;
+    }
+    return count > 0 ? std::exp(logs / count) : 0.0;
+  }
+
+  std::vector<fs::path> cases_;
+};
+
+TEST_F(Cases, TightIsCoveredPredictedAndNearTheBestRectangles) {
+  const double needed = judge("--set fit=tight", 1e-5, 0.15);
+  RecordProperty("needed_over_limit", std::to_string(needed));
+  EXPECT_LE(needed, 5.1);  // the best rectangles reach 5.01
+}
+
+TEST_F(Cases, SliceIsCoveredAndPredicted) { EXPECT_GT(judge("--set fit=slice", 1e-5, 0.15), 1.0); }
+
+// Stable maps hold whole slices, so a scene's prediction may lie above what its receivers see.
+TEST_F(Cases, StableIsCoveredAndCostsAtMostTwenty) { EXPECT_LE(judge("--set fit=stable", 1e-5, 0.15), 20.0); }
+
+}  // namespace

@@ -147,7 +147,7 @@ BuiltIn makeCity() {
   }
 
   BuiltIn scene{shapes.take(), {}};
-  const gnomon::Camera camera = builtInCamera(scene.mesh, {-4.3, 3.1, 6.0}, {4.0, 5.6, -60.0});
+  const gnomon::Camera camera = builtInCamera(scene.mesh, {-4.3, 3.1, 6.0}, {4.0, 5.6, -60.0}, 880.0);
   scene.views = {{"street", "steep", camera, glm::normalize(glm::dvec3(-0.52, -1.0, -0.45))},
                  {"street", "dueling", camera, glm::normalize(glm::dvec3(0.12, -0.4, 0.9))}};
   return scene;

@@ -119,7 +119,7 @@ BuiltIn makeColonnade() {
   }
 
   BuiltIn scene{shapes.take(), {}};
-  const gnomon::Camera camera = builtInCamera(scene.mesh, {1.3, 1.7, 8.0}, {-4.0, 4.5, -100.0});
+  const gnomon::Camera camera = builtInCamera(scene.mesh, {1.3, 1.7, 8.0}, {-4.0, 4.5, -100.0}, 890.0);
   scene.views = {{"avenue", "steep", camera, glm::normalize(glm::dvec3(0.8, -0.85, -0.3))},
                  {"avenue", "dueling", camera, glm::normalize(glm::dvec3(0.3, -0.42, 0.86))}};
   return scene;

@@ -100,8 +100,9 @@ BuiltIn makeHall() {
     int bay = 0;
     for (double z = kFront - 0.5; z > kEnd; z -= kBay, ++bay) {
       if ((bay + (side > 0.0 ? 1 : 0)) % 3 == 2) continue;
-      const double low = 8.4 + 0.004 * (bay % 2);  // neighbours meet inside one another, not face to face
-      shapes.box({std::min(a, b), low, z - kBay - 0.1}, {std::max(a, b), low + 0.3 + 0.008 * (bay % 2), z + 0.1});
+      const double grow = 0.005 * (bay % 2);  // neighbours reach into one another, none face in the plane of another's
+      const double inner = a - side * grow, outer = b + side * grow;
+      shapes.box({std::min(inner, outer), 8.4 - grow, z - kBay - 0.1}, {std::max(inner, outer), 8.7 + grow, z + 0.1});
     }
   }
   for (double z = kFront - 1.0; z > kEnd; z -= 1.3) shapes.box({-4.8, 8.55, z - 0.05}, {4.8, 8.705, z + 0.05});
@@ -138,7 +139,7 @@ BuiltIn makeHall() {
   }
 
   BuiltIn scene{shapes.take(), {}};
-  const gnomon::Camera camera = builtInCamera(scene.mesh, {3.3, 1.75, 1.5}, {-1.2, 2.6, -30.0});
+  const gnomon::Camera camera = builtInCamera(scene.mesh, {3.3, 1.75, 1.5}, {-1.2, 2.6, -30.0}, 104.0);
   scene.views = {{"aisle", "steep", camera, glm::normalize(glm::dvec3(-0.28, -1.0, -0.3))},
                  {"aisle", "low", camera, glm::normalize(glm::dvec3(-0.9, -0.42, -0.3))},
                  {"aisle", "dueling", camera, glm::normalize(glm::dvec3(0.36, -0.72, 0.62))}};

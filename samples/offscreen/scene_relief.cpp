@@ -75,9 +75,9 @@ BuiltIn makeRelief() {
 
   BuiltIn scene{shapes.take(), {}};
   const glm::dvec3 eye(0.0, heightAt(0.0, 0.0) + 9.0, 0.0);
-  const gnomon::Camera camera = builtInCamera(scene.mesh, eye, eye + glm::dvec3(-12.0, -15.0, -100.0));
+  const gnomon::Camera camera = builtInCamera(scene.mesh, eye, eye + glm::dvec3(-12.0, -15.0, -100.0), 6550.0);
   scene.views = {{"shoulder", "low", camera, glm::normalize(glm::dvec3(0.86, -0.36, 0.36))},
-                 {"shoulder", "steep", camera, glm::normalize(glm::dvec3(-0.84, -0.56, 0.1))}};
+                 {"shoulder", "steep", camera, glm::normalize(glm::dvec3(-0.72, -0.5, 0.5))}};
   return scene;
 }
 

@@ -1,0 +1,127 @@
+// The block's layout, three ways: C++ (offsetof), glslang's reflection and the driver.
+#include <cstddef>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "glsl_compile.h"
+#include "shader.h"
+#include "support.h"
+
+namespace gnomon::test {
+namespace {
+
+const char* const kReader = R"(
+#include "gnomon_block.glsl"
+uniform int which;
+out vec4 colour;
+void main() {
+  GnomonPartition p = gnomon.partitions[which];
+  colour = p.clipFromWorld[0] + p.atlasFromWorld[1] + p.viewport + p.uvBounds + p.interval + p.layer + vec4(gnomon.info) + gnomon.atlas + gnomon.origin +
+           gnomon.originRest + gnomon.lightDirection + gnomon.viewPlane + gnomon.depthRule + gnomon.bias + gnomon.windowStart[which] + gnomon.viewStart[which];
+}
+)";
+
+std::map<std::string, std::size_t> expected() {
+  std::map<std::string, std::size_t> out;
+#define GNOMON_TEST_MEMBER(name) out["gnomon." #name] = offsetof(GnomonBlock, name);
+  GNOMON_TEST_MEMBER(info)
+  GNOMON_TEST_MEMBER(atlas)
+  GNOMON_TEST_MEMBER(origin)
+  GNOMON_TEST_MEMBER(originRest)
+  GNOMON_TEST_MEMBER(lightDirection)
+  GNOMON_TEST_MEMBER(viewPlane)
+  GNOMON_TEST_MEMBER(depthRule)
+  GNOMON_TEST_MEMBER(bias)
+#undef GNOMON_TEST_MEMBER
+  out["gnomon.windowStart[0]"] = offsetof(GnomonBlock, windowStart);
+  out["gnomon.viewStart[0]"] = offsetof(GnomonBlock, viewStart);
+  for (std::size_t i = 0; i < GNOMON_MAX_PARTITIONS; ++i) {
+    const std::string p = "gnomon.partitions[" + std::to_string(i) + "].";
+    const std::size_t start = offsetof(GnomonBlock, partitions) + i * sizeof(GnomonPartition);
+#define GNOMON_TEST_MEMBER(name) out[p + #name] = start + offsetof(GnomonPartition, name);
+    GNOMON_TEST_MEMBER(clipFromWorld)
+    GNOMON_TEST_MEMBER(atlasFromWorld)
+    GNOMON_TEST_MEMBER(viewport)
+    GNOMON_TEST_MEMBER(uvBounds)
+    GNOMON_TEST_MEMBER(interval)
+    GNOMON_TEST_MEMBER(layer)
+#undef GNOMON_TEST_MEMBER
+  }
+  return out;
+}
+
+// glslang also names an array of structs without an index: its first element.
+std::string plain(std::string name) {
+  const std::string array = "gnomon.partitions.";
+  if (name.rfind(array, 0) == 0) name = "gnomon.partitions[0]." + name.substr(array.size());
+  return name;
+}
+
+TEST(Block, GlslangAgreesWithCpp) {
+  const GlslResult result = compileGlsl(GlslStage::fragment, std::string("#version 330 core\n#extension GL_GOOGLE_include_directive : enable\n") + kReader);
+  ASSERT_TRUE(result.isFine) << result.log;
+  const auto offsets = expected();
+  std::set<std::string> found;
+  for (const auto& [reflected, offset] : result.offsets) {
+    const std::string name = plain(reflected);
+    auto at = offsets.find(name);
+    if (at == offsets.end()) at = offsets.find(name + "[0]");  // arrays of plain vectors
+    ASSERT_NE(at, offsets.end()) << name;
+    EXPECT_EQ(static_cast<std::size_t>(offset), at->second) << name;
+    found.insert(at->first);
+  }
+  EXPECT_EQ(found.size(), offsets.size());
+}
+
+TEST(Block, TheDriverAgreesWithCpp) {
+  using namespace gnomon::offscreen;
+  const auto context = createContext(defaultBackend(), 4, 5);
+  gl::load(*context);
+  for (const char* version : {"330 core", "450"}) {
+    const GLuint program = buildProgram(version, {{GL_VERTEX_SHADER, "void main() { gl_Position = vec4(0.0); }\n"}, {GL_FRAGMENT_SHADER, kReader}});
+    for (const auto& [name, offset] : expected()) {
+      const char* text = name.c_str();
+      GLuint index = GL_INVALID_INDEX;
+      gl::GetUniformIndices(program, 1, &text, &index);
+      ASSERT_NE(index, GL_INVALID_INDEX) << name;
+      GLint actual = -1;
+      gl::GetActiveUniformsiv(program, 1, &index, GL_UNIFORM_OFFSET, &actual);
+      EXPECT_EQ(static_cast<std::size_t>(actual), offset) << name;
+    }
+    gl::DeleteProgram(program);
+  }
+}
+
+TEST(Block, ClearedItHoldsNothingAndIsFinite) {
+  GnomonBlock block;
+  clearBlock(block);
+  EXPECT_EQ(block.info, uvec4(0u, 0u, static_cast<unsigned>(GNOMON_LAYOUT_VERSION), 0u));
+  for (const float depth : {-1.0f, 0.0f, 0.5f, 1.0f, 1e30f}) {
+    EXPECT_EQ(selectByWindowDepth(block, depth), -1);
+    EXPECT_EQ(selectByViewDepth(block, depth), -1);
+  }
+}
+
+TEST(Block, OriginIsKeptInTwoFloats) {
+  Frame frame = usualFrame();
+  frame.camera.positionWs = {1234567.891, -98765.4321, 1e7 + 0.123};
+  const auto solution = solve(frame);
+  const glm::dvec3 sum = glm::dvec3(glm::vec3(solution->block.origin)) + glm::dvec3(glm::vec3(solution->block.originRest));
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(sum[i], frame.camera.positionWs[i], 1e-7);
+}
+
+TEST(Block, FlagsAndCounts) {
+  const auto solution = solve(usualFrame());
+  EXPECT_EQ(solution->block.info.x, 4u);
+  EXPECT_EQ(solution->block.info.y, GNOMON_FLAG_DEPTH_CLAMP);
+  EXPECT_EQ(solution->block.info.w, 1u);
+  Frame frame = usualFrame();
+  const std::vector<Box> casters{{{0, 0, 0}, {1, 1, 1}}};
+  frame.scene.casters = casters;
+  EXPECT_EQ(solve(frame)->block.info.y, 0u);
+}
+
+}  // namespace
+}  // namespace gnomon::test

@@ -1,0 +1,27 @@
+// glsl_compile: shaders that include the product's files, through glslang and SPIRV-Tools.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace gnomon::test {
+
+enum class GlslTarget { validate, openGl, vulkan };  // openGl and vulkan also make SPIR-V, bindings and locations mapped where the source has none
+enum class GlslStage { vertex, fragment };
+
+struct GlslResult {
+  bool isFine = false;
+  std::string log;
+  std::vector<std::uint32_t> spirv;
+  std::map<std::string, int> offsets;  // of every member of every uniform block, by full name
+  int uniformBlocks = 0, otherUniforms = 0;
+};
+
+[[nodiscard]] GlslResult compileGlsl(GlslStage stage, const std::string& source, GlslTarget target = GlslTarget::validate);
+
+// spirv-val, before and after the passes of spirv-opt -O. Empty: accepted both times; else what was said.
+[[nodiscard]] std::string validateSpirv(const std::vector<std::uint32_t>& spirv, GlslTarget target);
+
+}  // namespace gnomon::test

@@ -1,9 +1,10 @@
 #include "case.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <initializer_list>
 #include <iostream>
@@ -486,20 +487,21 @@ Json parseJson(const std::string& input, const std::string& source) {
   Builder builder(root);
   if (Json::sax_parse(input, &builder)) return root;
   if (!builder.error().empty()) throw Refusal(builder.error());
-  throw Refusal(source + ": is not JSON: " + builder.syntax());
+  throw Refusal(word(source) + ": is not JSON: " + builder.syntax());
 }
 
 Json readJson(const std::string& path) {
   const std::string name = path == "-" ? "standard input" : path;
-  std::ifstream file;
-  if (path != "-") {
-    file.open(path, std::ios::binary);
-    if (!file) throw Refusal(name + ": cannot be read");
+  std::string input;
+  if (path == "-") {
+    input.assign(std::istreambuf_iterator<char>(std::cin), std::istreambuf_iterator<char>());
+  } else {
+    // A folder opens like a file.
+    std::error_code unknown;
+    std::ifstream file(path, std::ios::binary);
+    if (!file || std::filesystem::is_directory(path, unknown)) throw Refusal(word(name) + ": cannot be read");
+    input.assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
   }
-  std::istream& in = path == "-" ? std::cin : file;
-  std::string input{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  // A folder opens, and fails on the first read.
-  if (in.bad() || (path != "-" && input.empty() && !std::ifstream(path).good())) throw Refusal(name + ": cannot be read");
   return parseJson(input, name);
 }
 
@@ -522,6 +524,7 @@ void setField(Json& root, const std::string& assignment) {
     if (dot == std::string::npos) break;
     start = dot + 1;
   }
+  if (parts.size() > kDeepest) refuse("--set", "must name a field by a dotted path", word(key));
   if (parts.size() == 1) {
     for (const Method& method : methods()) {
       if (root.contains("method") && root["method"].is_object() && root["method"].value("name", Json("")) != method.name) continue;
@@ -545,15 +548,17 @@ void setField(Json& root, const std::string& assignment) {
   std::string path;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::string& part = parts[i];
+    // What is made where the path leads to nothing yet: a list where a number comes next.
+    const Json missing = i + 1 < parts.size() && listIndex(parts[i + 1]) >= 0 ? Json::array() : Json::object();
     if (at->is_array()) {
       const long index = listIndex(part);
       if (index < 0 || static_cast<std::size_t>(index) > at->size())
         refuse(word(path), "has " + std::to_string(at->size()) + " elements, counted from 0", word(part));
-      if (static_cast<std::size_t>(index) == at->size()) at->push_back(Json::object());
+      if (static_cast<std::size_t>(index) == at->size()) at->push_back(missing);
       at = &(*at)[static_cast<std::size_t>(index)];
     } else {
       if (!at->is_object()) refuse(word(path), "must be an object or a list for --set " + word(key), text(*at));
-      if (!at->contains(part)) (*at)[part] = Json::object();
+      if (!at->contains(part)) (*at)[part] = missing;
       at = &(*at)[part];
     }
     path += (path.empty() ? "" : ".") + part;
@@ -607,6 +612,7 @@ std::string refusalText(const Case& input, const Solution& solution) {
   std::string got = shortest(solution.refusedValue);
   if (at)
     if (const std::string given = wordOrText(*at); given.size() <= kLongestText) got = given;
+  if (solution.status == Status::floatRange) got = "near " + shortest(input.frame.camera.near) + " and far " + shortest(input.frame.camera.far);
   return name + ": " + statusRule(solution.status) + ", got " + got;
 }
 

@@ -1,5 +1,6 @@
 // The gnomon tool: solve a case, list the methods, render and judge a scene, or do all of it for the built-in scenes.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -87,6 +88,15 @@ void writeText(const std::string& path, const std::string& text) {
   if (!file) throw std::runtime_error(path + ": cannot be written");
 }
 
+// A file that is missing or broken is bad input.
+offscreen::Mesh loadFile(const std::string& path) {
+  try {
+    return offscreen::loadGlb(path);
+  } catch (const std::runtime_error& error) {
+    throw Refusal(error.what());
+  }
+}
+
 // A built-in scene by name, or a glTF file.
 offscreen::Mesh loadScene(const std::string& name) {
   const std::vector<std::string> names = offscreen::builtInNames();
@@ -96,10 +106,22 @@ offscreen::Mesh loadScene(const std::string& name) {
     for (const std::string& each : names) list += (list.empty() ? "" : ", ") + each;
     throw Refusal("--scene: must be a .glb file or one of " + list + ", got " + name);
   }
-  return offscreen::loadGlb(name);
+  return loadFile(name);
 }
 
-const std::map<std::string, offscreen::Filter> kFilters{{"none", offscreen::Filter::none}, {"3x3", offscreen::Filter::box3x3}, {"tent", offscreen::Filter::tent}};
+// The side of a picture: the solver takes any size, a picture whole pixels that a texture can hold.
+int pictureSide(const char* field, double side) {
+  if (side != std::floor(side) || !(side >= 1.0 && side <= kMaxTextureSide))
+    throw Refusal(std::string(field) + ": must be a whole number in [1, " + std::to_string(kMaxTextureSide) + "] to render, got " + cli::shortest(side));
+  return static_cast<int>(side);
+}
+
+offscreen::Filter filterNamed(const std::string& name) {
+  if (name == "none") return offscreen::Filter::none;
+  if (name == "3x3") return offscreen::Filter::box3x3;
+  if (name == "tent") return offscreen::Filter::tent;
+  throw Refusal("--filter: must be one of none, 3x3, tent, got " + name);
+}
 
 std::string percent(double share) {
   std::ostringstream out;
@@ -107,21 +129,20 @@ std::string percent(double share) {
   return out.str();
 }
 
-int render(const SolveArguments& arguments, const std::string& scene, const std::string& folder, offscreen::Filter filter) {
+int render(const SolveArguments& arguments, const std::string& scene, const std::string& folder, const std::string& filter) {
   const Case input = arguments.read();
+  offscreen::RenderOptions options;
+  options.width = pictureSide("image.width", input.frame.image.width);
+  options.height = pictureSide("image.height", input.frame.image.height);
+  options.filter = filterNamed(filter);
   auto solution = std::make_unique<Solution>();
   const Json result = solveCase(input, arguments.repeat, *solution);
-  std::cerr << "reading " << scene << "\n";
   const offscreen::Mesh mesh = loadScene(scene);
   std::cerr << "building the ray tracer's tree, " << mesh.indices.size() / 3 << " triangles\n";
   const offscreen::Tracer tracer(mesh);
   offscreen::Renderer renderer;
   std::cerr << "rendering on " << renderer.device() << "\n";
   renderer.load(mesh);
-  offscreen::RenderOptions options;
-  options.width = static_cast<int>(input.frame.image.width);
-  options.height = static_cast<int>(input.frame.image.height);
-  options.filter = filter;
   const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, input.frame, *solution, options);
   offscreen::writePictures(picture, folder);
   offscreen::writeArrays(picture, folder);
@@ -171,21 +192,25 @@ int run(const std::string& file, const std::string& folder) {
     offscreen::Mesh mesh;
     std::vector<offscreen::View> views;
   };
-  std::vector<std::string> names = file.empty() ? offscreen::builtInNames() : std::vector<std::string>{file};
+  const auto prepare = [](const std::string& name) {
+    offscreen::BuiltIn scene = offscreen::makeBuiltIn(name);
+    return Job{std::move(scene.mesh), std::move(scene.views)};
+  };
+  const auto open = [](const std::string& path) {
+    Job job{loadFile(path), {}};
+    job.views = offscreen::framedViews(job.mesh, kWidth / kHeight);
+    return job;
+  };
+  Job given;  // a file is read first: one that cannot be used is refused before anything starts
+  if (!file.empty()) given = open(file);
+  const std::vector<std::string> names = file.empty() ? offscreen::builtInNames() : std::vector<std::string>{file};
   offscreen::Renderer renderer;
   std::cerr << "rendering on " << renderer.device() << ", " << kWidth << " x " << kHeight << ", four maps of 2048 x 2048 texels, unfiltered\n";
   Table table({"scene", "light", "passes", "texels", "max error", "needed/limit", "wrong", "near edge", "farther", "solve", "frame"});
   std::filesystem::create_directories(folder);
   for (const std::string& name : names) {
     std::cerr << name << ": preparing\n";
-    Job job;
-    if (file.empty()) {
-      offscreen::BuiltIn scene = offscreen::makeBuiltIn(name);
-      job = {std::move(scene.mesh), std::move(scene.views)};
-    } else {
-      job.mesh = offscreen::loadGlb(file);
-      job.views = offscreen::framedViews(job.mesh, kWidth / kHeight);
-    }
+    const Job job = file.empty() ? prepare(name) : std::move(given);
     const std::string title = file.empty() ? name : std::filesystem::path(file).stem().string();
     const offscreen::Tracer tracer(job.mesh);
     renderer.load(job.mesh);
@@ -228,9 +253,8 @@ int main(int argc, char** argv) {
   CLI::App app("gnomon: shadow-map partitions, solved, rendered and judged");
   app.require_subcommand(1);
   SolveArguments arguments;
-  std::string scene, folder, file;
+  std::string scene, folder, file, filter = "none";
   bool isJson = false;
-  offscreen::Filter filter = offscreen::Filter::none;
 
   CLI::App* solveCommand = app.add_subcommand("solve", "solve a case; RESULT.json on standard output");
   arguments.addTo(*solveCommand);
@@ -242,17 +266,24 @@ int main(int argc, char** argv) {
     command->add_option("--repeat", arguments.repeat, "solve so often; solve_ns is the median")->check(CLI::Range(1, 100000000));
   renderCommand->add_option("--scene", scene, "a .glb file, or a built-in scene: colonnade, relief, city, hall")->required();
   renderCommand->add_option("--out", folder, "folder for pictures and arrays")->required();
-  renderCommand->add_option("--filter", filter, "none, 3x3 or tent (give margin.filter 1 or 2 with them)")->transform(CLI::CheckedTransformer(kFilters));
+  renderCommand->add_option("--filter", filter, "none, 3x3 or tent (give margin.filter 1 or 2 with them)");
   CLI::App* runCommand = app.add_subcommand("run", "the main job: render and judge the built-in scenes, or a .glb");
   runCommand->add_option("scene", file, "a .glb file; none: the built-in scenes");
   runCommand->add_option("--out", folder, "folder for pictures and the table")->default_val("out");
 
   try {
     app.parse(argc, argv);
-    if (solveCommand->parsed()) return solve(arguments);
-    if (methodsCommand->parsed()) return listMethods(isJson);
-    if (renderCommand->parsed()) return render(arguments, scene, folder, filter);
-    return run(file, folder);
+    int code = 0;
+    if (solveCommand->parsed())
+      code = solve(arguments);
+    else if (methodsCommand->parsed())
+      code = listMethods(isJson);
+    else if (renderCommand->parsed())
+      code = render(arguments, scene, folder, filter);
+    else
+      code = run(file, folder);
+    if (!std::cout.flush()) throw std::runtime_error("standard output: cannot be written");
+    return code;
   } catch (const CLI::Success& asked) {  // --help
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {

@@ -65,7 +65,7 @@ BuiltIn makeHall() {
     for (int c = 0; c <= 8; ++c) ground.emplace_back(-64.0 + 16.0 * c, -0.4, 30.0 - 16.0 * r);
   }
   shapes.sheet(ground, 8, 8);
-  for (double z = kFront; z > kEnd; z -= kBay) shapes.box({-kHalfWidth - 0.2, -0.55, z - kBay}, {kHalfWidth + 0.2, 0.0, z});
+  for (double z = kFront + 0.1; z > kEnd; z -= kBay) shapes.box({-kHalfWidth - 0.2, -0.55, z - kBay}, {kHalfWidth + 0.2, 0.0, z});
 
   for (const double side : {-1.0, 1.0}) addSideWall(shapes, side);
   // End walls: behind the camera closed; the far one has a tall door and two slits.
@@ -105,7 +105,7 @@ BuiltIn makeHall() {
       shapes.box({std::min(inner, outer), 8.4 - grow, z - kBay - 0.1}, {std::max(inner, outer), 8.7 + grow, z + 0.1});
     }
   }
-  for (double z = kFront - 1.0; z > kEnd; z -= 1.3) shapes.box({-4.8, 8.55, z - 0.05}, {4.8, 8.705, z + 0.05});
+  for (double z = kFront - 1.0; z > kEnd; z -= 1.3) shapes.box({-4.8, 8.55, z - 0.05}, {4.8, 8.68, z + 0.05});
 
   // A gallery along the left wall, with a railing and thin posts below.
   shapes.box({-kHalfWidth - 0.1, 3.35, kEnd + 4.0}, {-7.1, 3.55, -7.0});
@@ -117,7 +117,7 @@ BuiltIn makeHall() {
   for (double z = -4.5; z > kEnd + 6.0; z -= 4.6) {
     if (random.unit() < 0.85) addTable(shapes, standing({random.between(-2.2, -1.4), 0.0, z}, random.between(-0.12, 0.12)), random.between(2.4, 3.4));
     if (random.unit() < 0.85) addTable(shapes, standing({random.between(1.6, 2.6), 0.0, z - 1.0}, random.between(-0.12, 0.12)), random.between(2.2, 3.2));
-    for (int i = 0; i < 2; ++i) addChair(shapes, standing({random.between(3.7, 4.5), 0.0, z + 1.5 * i - 0.6}, random.between(0.0, 2.0 * kPi)));
+    for (int i = 0; i < 2; ++i) addChair(shapes, standing({random.between(4.1, 4.4), 0.0, z + 1.5 * i - 0.6}, random.between(0.0, 2.0 * kPi)));
   }
   for (double z = -3.0; z > kEnd + 4.0; z -= 3.7) {
     const double x = random.between(7.4, 8.9);

@@ -114,7 +114,7 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
     block.viewStart[i / 4][i % 4] = static_cast<float>(viewNear);
     block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
     out.layer = vec4(static_cast<float>(map.layer), 0.0f, 0.0f, 0.0f);
-    isFine = isFine && isFinite(out.clipFromWorld) && isFinite(out.atlasFromWorld) && std::isfinite(map.error.extent);
+    isFine = isFine && isFinite(out.clipFromWorld) && std::isfinite(map.error.extent);  // atlasFromWorld's numbers are no larger
   }
   return isFine;
 }

@@ -54,34 +54,40 @@ int simplifyHull(glm::dvec2* points, int count) noexcept {
   return kSides;
 }
 
-void add(Footprint& footprint, const glm::dmat4& lsFromView, const glm::dvec3& vs) noexcept {
+template <bool kIsAffine>
+inline void add(Footprint& footprint, const glm::dmat4& m, const glm::dvec3& vs) noexcept {
   if (footprint.count == kMaxHull) {
     footprint.count = makeHull(footprint.hull, footprint.count);
     if (footprint.count > kMaxHull / 2) footprint.count = simplifyHull(footprint.hull, footprint.count);
   }
-  const glm::dmat4& m = lsFromView;
-  const bool isAffine = m[0][3] == 0.0 && m[1][3] == 0.0 && m[2][3] == 0.0;  // a directional light: w is 1
-  const double scale = isAffine ? 1.0 : 1.0 / (m[0][3] * vs.x + m[1][3] * vs.y + m[2][3] * vs.z + m[3][3]);
-  const double x = m[0][0] * vs.x + m[1][0] * vs.y + m[2][0] * vs.z + m[3][0], y = m[0][1] * vs.x + m[1][1] * vs.y + m[2][1] * vs.z + m[3][1];
-  const double depth = scale * (m[0][2] * vs.x + m[1][2] * vs.y + m[2][2] * vs.z + m[3][2]);
-  footprint.hull[footprint.count++] = {x * scale, y * scale};
+  double x = m[0][0] * vs.x + m[1][0] * vs.y + m[2][0] * vs.z + m[3][0], y = m[0][1] * vs.x + m[1][1] * vs.y + m[2][1] * vs.z + m[3][1];
+  double depth = m[0][2] * vs.x + m[1][2] * vs.y + m[2][2] * vs.z + m[3][2];
+  if constexpr (!kIsAffine) {
+    const double scale = 1.0 / (m[0][3] * vs.x + m[1][3] * vs.y + m[2][3] * vs.z + m[3][3]);
+    x *= scale;
+    y *= scale;
+    depth *= scale;
+  }
+  footprint.hull[footprint.count++] = {x, y};
   footprint.depthNear = std::min(footprint.depthNear, depth);
   footprint.depthFar = std::max(footprint.depthFar, depth);
   footprint.reach = std::max(footprint.reach, glm::dot(vs, vs));
 }
 
 // Adds the part of a cell between two view depths. Vertices of the cut are on the cell's edges.
+template <bool kIsAffine>
 void addSlab(Footprint& footprint, const glm::dmat4& lsFromView, const Cell& cell, const DepthSpan& slab) noexcept {
   for (int i = 0; i < cell.vertexCount; ++i)
-    if (cell.vertices[i].z >= slab.near && cell.vertices[i].z <= slab.far) add(footprint, lsFromView, cell.vertices[i]);
+    if (cell.vertices[i].z >= slab.near && cell.vertices[i].z <= slab.far) add<kIsAffine>(footprint, lsFromView, cell.vertices[i]);
   for (int i = 0; i < cell.edgeCount; ++i) {
     const glm::dvec3 *p = &cell.vertices[cell.edges[i].from], *q = &cell.vertices[cell.edges[i].to];
     if (p->z > q->z) std::swap(p, q);
+    if (q->z <= slab.near || p->z >= slab.far) continue;
     for (const double z : {slab.near, slab.far})
       if (p->z < z && z < q->z) {
         glm::dvec3 cut = *p + (*q - *p) * ((z - p->z) / (q->z - p->z));
         cut.z = z;
-        add(footprint, lsFromView, cut);
+        add<kIsAffine>(footprint, lsFromView, cut);
       }
   }
 }
@@ -174,10 +180,17 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     footprint.reach = 0.0;
     footprint.padded = padSlice(region, splits, s, margin, byViewDepth);
   }
+  const glm::dmat4& m = light.lsFromView;
+  const bool isAffine = m[0][3] == 0.0 && m[1][3] == 0.0 && m[2][3] == 0.0 && m[3][3] == 1.0;  // a directional light
   Cell storage;
   for (int i = 0; i < cellCount(region); ++i) {
     const Cell* cell = getCell(region, i, storage);
-    for (int s = 0; cell && s < splits.count; ++s) addSlab(footprints[s], light.lsFromView, *cell, footprints[s].padded);
+    for (int s = 0; cell && s < splits.count; ++s) {
+      if (isAffine)
+        addSlab<true>(footprints[s], light.lsFromView, *cell, footprints[s].padded);
+      else
+        addSlab<false>(footprints[s], light.lsFromView, *cell, footprints[s].padded);
+    }
   }
   for (int s = 0; s < splits.count; ++s) {
     Footprint& footprint = footprints[s];
@@ -193,7 +206,7 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
   fit.square = mode != FitMode::tight;
   fit.size = glm::dvec2(mode == FitMode::stable ? std::max(sliceDiameter(region, footprint.padded), pixel) : pixel);
   if (footprint.count == 0) return fit;
-  if (mode != FitMode::tight || footprint.count < 2) {
+  if (mode != FitMode::tight || footprint.count < 2) {  // a point has no edge
     const glm::dvec2 size = fit.size;
     fitAlong(footprint, {1.0, 0.0}, pixel, fit);
     if (mode == FitMode::stable) fit.size = size;
@@ -201,10 +214,9 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
   }
   // A rectangle of least area has a side on an edge of the hull (rotating calipers' theorem).
   double leastArea = kInfinity;
-  glm::dvec2 best{1.0, 0.0};
   for (int i = 0; i < footprint.count; ++i) {
     const glm::dvec2 from = footprint.hull[i], edge = footprint.hull[i + 1 < footprint.count ? i + 1 : 0] - from;
-    const double squared = glm::dot(edge, edge);
+    const double squared = edge.x * edge.x + edge.y * edge.y;
     if (!(squared > 0.0)) continue;
     double least = 0.0, greatest = 0.0, height = 0.0;  // times the edge's length; the hull lies to the left of its edges
     for (int j = 0; j < footprint.count; ++j) {
@@ -214,12 +226,15 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
       greatest = along > greatest ? along : greatest;
       height = above > height ? above : height;
     }
-    const double length = std::sqrt(squared), area = std::max((greatest - least) / length, pixel) * std::max(height / length, pixel);
-    if (!(area < leastArea)) continue;
-    leastArea = area;
-    best = edge / length;
+    const double perLength = 1.0 / std::sqrt(squared);
+    const glm::dvec2 span = glm::dvec2(greatest - least, height) * perLength, size(std::max(span.x, pixel), std::max(span.y, pixel));
+    if (!(size.x * size.y < leastArea)) continue;
+    leastArea = size.x * size.y;
+    fit.axisX = edge * perLength;
+    fit.axisY = {-fit.axisX.y, fit.axisX.x};
+    fit.size = size;
+    fit.least = glm::dvec2(glm::dot(from, fit.axisX) + least * perLength, glm::dot(from, fit.axisY)) - (size - span) / 2.0;
   }
-  fitAlong(footprint, best, pixel, fit);
   if (fit.size.x < fit.size.y) {  // lying rectangles shelve better: turn by a right angle
     fit.axisX = fit.axisY;
     fit.axisY = {-fit.axisX.y, fit.axisX.x};

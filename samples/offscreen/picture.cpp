@@ -27,7 +27,8 @@ void writeNpyFile(const std::string& path, const char* type, const std::string& 
   dictionary.append(63 - (kPreamble + dictionary.size()) % 64, ' ');
   dictionary += '\n';
   const auto length = static_cast<std::uint16_t>(dictionary.size());
-  const char preamble[kPreamble] = {'\x93', 'N', 'U', 'M', 'P', 'Y', 1, 0, static_cast<char>(length & 0xff), static_cast<char>(length >> 8)};
+  const char preamble[kPreamble] = {
+      '\x93', 'N', 'U', 'M', 'P', 'Y', 1, 0, static_cast<char>(length & 0xff), static_cast<char>(length >> 8)};
 
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   if (!file) fail(path, "cannot be opened for writing");

@@ -86,8 +86,8 @@ class Loader {
     }
     tinygltf::TinyGLTF reader;
     // Pictures are not needed: what they hold is never decoded.
-    reader.SetImageLoader([](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) { return true; },
-                          nullptr);
+    reader.SetImageLoader(
+        [](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) { return true; }, nullptr);
     std::string error, warning;
     const bool read = std::memcmp(magic, "glTF", sizeof magic) == 0 ? reader.LoadBinaryFromFile(&model, &error, &warning, path)
                                                                     : reader.LoadASCIIFromFile(&model, &error, &warning, path);
@@ -107,7 +107,8 @@ class Loader {
     const int stride = accessor.ByteStride(view);
     const int componentSize = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
     if (stride <= 0 || componentSize <= 0) fail("an accessor has the wrong type");
-    const std::size_t size = static_cast<std::size_t>(componentSize) * static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(wantedType)));
+    const std::size_t size = static_cast<std::size_t>(componentSize) *
+                             static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(wantedType)));
     const std::size_t end = std::min(buffer.size(), view.byteOffset <= buffer.size() && view.byteLength <= buffer.size() - view.byteOffset
                                                         ? view.byteOffset + view.byteLength
                                                         : std::size_t{0});
@@ -153,7 +154,8 @@ class Loader {
   glm::dmat4 parentFromNode(const tinygltf::Node& node) const {
     if (node.matrix.size() == 16) return glm::make_mat4(node.matrix.data());
     glm::dmat4 matrix(1.0);
-    if (node.rotation.size() == 4) matrix = glm::mat4_cast(glm::dquat(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]));
+    if (node.rotation.size() == 4)
+      matrix = glm::mat4_cast(glm::dquat(node.rotation[3], node.rotation[0], node.rotation[1], node.rotation[2]));
     if (node.scale.size() == 3) {
       for (int c = 0; c < 3; ++c) matrix[c] *= node.scale[static_cast<std::size_t>(c)];
     }
@@ -256,21 +258,28 @@ std::vector<View> framedViews(const Mesh& mesh, double aspect) {
   const glm::dvec3 size = mesh.max - mesh.min;
   if (!(glm::length(size) > 0.0)) throw std::runtime_error(mesh.name + ": has no extent to look at");
   const glm::dvec3 centre = 0.5 * (mesh.min + mesh.max);
-  const glm::dvec3 backward = glm::normalize(glm::dvec3(0.55, 0.45, 0.7));  // from the box to the eye: three quarters, from above
+  // From the box to the eye: from above, past a corner, the longer side across the picture.
+  const glm::dvec3 backward = glm::normalize(size.x >= size.z ? glm::dvec3(0.45, 0.45, 0.75) : glm::dvec3(0.75, 0.45, 0.45));
   const glm::dvec3 up(0.0, 1.0, 0.0);
   const glm::dvec3 right = glm::normalize(glm::cross(up, backward));
   const glm::dvec3 trueUp = glm::cross(backward, right);
-  const double tangentY = std::tan(0.5 * kFovY), tangentX = tangentY * aspect;
+  constexpr double kRoom = 1.03;  // a little air around the box
+  const double tangentY = std::tan(0.5 * kFovY) / kRoom, tangentX = tangentY * aspect;
 
-  // A corner at (x, y, towards the eye) is inside where |x| <= tangentX (distance - towards), and so for y.
-  double distance = 0.0;
+  // The nearest eye that sees every corner c, given where it looks. With z towards the eye, the right plane keeps c where
+  // c.x + tangent c.z <= eye.x + tangent eye.z, and the left one where -c.x + tangent c.z <= -eye.x + tangent eye.z. Let high
+  // and low be the greatest left-hand sides: together 2 tangent eye.z >= high + low, and eye.x = (high - low) / 2 leaves both sides alike.
+  double highX = -std::numeric_limits<double>::infinity(), lowX = highX, highY = highX, lowY = highX;
   for (int corner = 0; corner < 8; ++corner) {
     const glm::dvec3 p = 0.5 * size * glm::dvec3((corner & 1) ? 1.0 : -1.0, (corner & 2) ? 1.0 : -1.0, (corner & 4) ? 1.0 : -1.0);
-    const double aside = std::max(std::abs(glm::dot(p, right)) / tangentX, std::abs(glm::dot(p, trueUp)) / tangentY);
-    distance = std::max(distance, aside + glm::dot(p, backward));
+    const double x = glm::dot(p, right), y = glm::dot(p, trueUp), z = glm::dot(p, backward);
+    highX = std::max(highX, x + tangentX * z);
+    lowX = std::max(lowX, -x + tangentX * z);
+    highY = std::max(highY, y + tangentY * z);
+    lowY = std::max(lowY, -y + tangentY * z);
   }
-  constexpr double kRoom = 1.02;  // a little air around the box
-  const glm::dvec3 eye = centre + backward * (kRoom * distance);
+  const double distance = std::max((highX + lowX) / (2.0 * tangentX), (highY + lowY) / (2.0 * tangentY));
+  const glm::dvec3 eye = centre + backward * distance + right * (0.5 * (highX - lowX)) + trueUp * (0.5 * (highY - lowY));
 
   gnomon::Camera camera = gnomon::perspective(eye, -backward, up, kFovY, aspect, 1.0, 2.0);
   const DepthRange range = depthInView(mesh, camera);
@@ -278,7 +287,7 @@ std::vector<View> framedViews(const Mesh& mesh, double aspect) {
   camera.near = std::max(kNearShare * range.nearest, kLeastNearOverFar * camera.far);
 
   return {{"framed", "steep", camera, glm::normalize(glm::dvec3(0.45, -1.0, 0.2))},
-          {"framed", "low", camera, glm::normalize(glm::dvec3(0.8, -0.42, -0.35))}};
+          {"framed", "low", camera, glm::normalize(glm::dvec3(0.8, -0.27, -0.5))}};
 }
 
 }  // namespace gnomon::offscreen

@@ -11,11 +11,11 @@ namespace gnomon::offscreen {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kHalfRoad = 6.0;   // metres from the street's middle to the kerb
-constexpr double kPavement = 3.6;   // metres wide
+constexpr double kHalfRoad = 6.0;  // metres from the street's middle to the kerb
+constexpr double kPavement = 3.6;  // metres wide
 constexpr double kHalfStreet = kHalfRoad + kPavement;
 constexpr double kBlockLength = 64.0, kCrossing = 15.0;  // metres
-constexpr double kBeyond = 860.0;   // metres
+constexpr double kBeyond = 860.0;  // metres
 
 // A house that fills [x0, x1] x [z0, z1] at most; its front, with ledges and balconies, looks along +x or -x.
 void addHouse(Shapes& shapes, Random& random, double x0, double x1, double z0, double z1, double height, double front, bool detailed) {
@@ -34,13 +34,13 @@ void addHouse(Shapes& shapes, Random& random, double x0, double x1, double z0, d
     shapes.box({std::min(wall - 0.2 * front, wall + reach * front), y0, a}, {std::max(wall - 0.2 * front, wall + reach * front), y1, b});
   };
   slab(0.16, -0.4, random.between(0.7, 1.1), z0 - 0.05, z1 + 0.05);  // plinth
-  slab(1.5, 3.55, 3.7, z0 + 1.2, z1 - 1.2);                          // canopy over the shops
+  slab(1.5, 3.55, 3.7, z0 + 1.2, z1 - 1.2);  // canopy over the shops
   const int windows = std::max(2, static_cast<int>((z1 - z0) / 3.2));
   const double bay = (z1 - z0) / windows;
   for (double y = 4.6; y + 2.4 < height - 0.6; y += 3.3) {
     for (int w = 0; w < windows; ++w) {
       const double a = z0 + (w + 0.22) * bay, b = z0 + (w + 0.78) * bay;
-      slab(0.18, y, y + 0.11, a, b);               // sill
+      slab(0.18, y, y + 0.11, a, b);  // sill
       slab(0.24, y + 1.95, y + 2.1, a - 0.1, b + 0.1);  // hood
     }
     if (random.unit() < 0.5) {  // a balcony with bars
@@ -124,7 +124,8 @@ BuiltIn makeCity() {
       shapes.box({x - 0.03, 0.1, z - 0.03}, {x + 0.03, 1.2, z + 0.03});
       for (const double y : {0.38, 1.1}) shapes.box({x - 0.02, y, z - 1.975}, {x + 0.02, y + 0.04, z + 0.025});
       if (z > -46.0) {
-        for (int i = 1; i < 14; ++i) shapes.box({x - 0.009, 0.36, z - 2.0 * i / 14.0 - 0.009}, {x + 0.009, 1.13, z - 2.0 * i / 14.0 + 0.009});
+        for (int i = 1; i < 14; ++i)
+          shapes.box({x - 0.009, 0.36, z - 2.0 * i / 14.0 - 0.009}, {x + 0.009, 1.13, z - 2.0 * i / 14.0 + 0.009});
       }
     }
     for (double z = -9.0; z > -700.0; z -= 23.0) {
@@ -132,7 +133,8 @@ BuiltIn makeCity() {
     }
     for (int i = 0; i < 34; ++i) {
       const double z = -10.0 - 16.5 * i - random.between(0.0, 6.0);
-      if (random.unit() < 0.75) addCar(shapes, {side * random.between(3.2, 4.6), 0.0, z}, random.between(-0.05, 0.05) + (side > 0.0 ? 0.0 : kPi));
+      if (random.unit() < 0.75)
+        addCar(shapes, {side * random.between(3.2, 4.6), 0.0, z}, random.between(-0.05, 0.05) + (side > 0.0 ? 0.0 : kPi));
     }
   }
 

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kBeyond = 900.0;  // metres down the avenue
-constexpr double kSpacing = 6.0;   // metres between columns
-constexpr double kTop = 9.15;      // metres, of the capitals
+constexpr double kSpacing = 6.0;  // metres between columns
+constexpr double kTop = 9.15;  // metres, of the capitals
 
 // Fewer sides and rings where they would not be seen.
 int sidesAt(double distance) { return distance < 90.0 ? 24 : distance < 260.0 ? 14 : 8; }
@@ -24,8 +24,20 @@ void addColumn(Shapes& shapes, const glm::dvec3& at, double distance) {
   shapes.box(at + glm::dvec3(-0.84, 8.83, -0.84), at + glm::dvec3(0.84, kTop, 0.84));
   if (distance < 260.0) {
     shapes.lathe(standing(at),
-                 {{0.72, 0.48}, {0.78, 0.6}, {0.78, 0.7}, {0.7, 0.8}, {0.6, 0.86}, {0.56, 1.1}, {0.56, 3.4}, {0.52, 6.0}, {0.46, 8.2},
-                  {0.52, 8.26}, {0.52, 8.36}, {0.47, 8.42}, {0.6, 8.66}, {0.76, 8.9}},
+                 {{0.72, 0.48},
+                  {0.78, 0.6},
+                  {0.78, 0.7},
+                  {0.7, 0.8},
+                  {0.6, 0.86},
+                  {0.56, 1.1},
+                  {0.56, 3.4},
+                  {0.52, 6.0},
+                  {0.46, 8.2},
+                  {0.52, 8.26},
+                  {0.52, 8.36},
+                  {0.47, 8.42},
+                  {0.6, 8.66},
+                  {0.76, 8.9}},
                  sides);
   } else {
     shapes.lathe(standing(at), {{0.74, 0.48}, {0.74, 0.75}, {0.56, 0.9}, {0.56, 3.4}, {0.46, 8.4}, {0.76, 8.9}}, sides);
@@ -34,7 +46,8 @@ void addColumn(Shapes& shapes, const glm::dvec3& at, double distance) {
 
 void addStump(Shapes& shapes, const glm::dvec3& at, double height, double turn, int sides) {
   shapes.box(at + glm::dvec3(-0.82, 0.2, -0.82), at + glm::dvec3(0.82, 0.52, 0.82));
-  shapes.lathe(standing(at, turn), {{0.76, 0.48}, {0.76, 0.74}, {0.57, 0.88}, {0.56, 0.5 * height + 0.5}, {0.53, height}}, sides, {0.7, 0.35});
+  shapes.lathe(standing(at, turn), {{0.76, 0.48}, {0.76, 0.74}, {0.57, 0.88}, {0.56, 0.5 * height + 0.5}, {0.53, height}}, sides,
+               {0.7, 0.35});
 }
 
 // A length of shaft that lies on the ground.
@@ -85,7 +98,8 @@ BuiltIn makeColonnade() {
         } else if (fate > 0.08) {
           addStump(shapes, at, random.between(1.6, 6.5), random.between(0.0, 2.0 * kPi), sides);
           const double inwards = -side * random.between(2.8, 5.2);
-          addDrum(shapes, at + glm::dvec3(inwards, 0.0, random.between(-2.0, 2.0)), random.between(1.2, 3.4), random.between(0.0, kPi), sides);
+          addDrum(shapes, at + glm::dvec3(inwards, 0.0, random.between(-2.0, 2.0)), random.between(1.2, 3.4), random.between(0.0, kPi),
+                  sides);
         } else {
           addDrum(shapes, at + glm::dvec3(-side * 4.2, 0.0, 0.4), random.between(4.0, 5.5), random.between(-0.5, 0.5), sides);
         }
@@ -114,7 +128,8 @@ BuiltIn makeColonnade() {
   }
   for (double z = 2.0; z > -400.0; z -= 15.0) {
     for (const double x : {-3.9, 3.9}) {
-      shapes.lathe(standing({x, 0.0, z}), {{0.2, -0.1}, {0.18, 0.25}, {0.05, 0.32}, {0.035, 4.6}, {0.09, 4.66}, {0.02, 4.9}}, z > -90.0 ? 10 : 6);
+      shapes.lathe(standing({x, 0.0, z}), {{0.2, -0.1}, {0.18, 0.25}, {0.05, 0.32}, {0.035, 4.6}, {0.09, 4.66}, {0.02, 4.9}},
+                   z > -90.0 ? 10 : 6);
     }
   }
 

@@ -11,9 +11,9 @@ namespace gnomon::offscreen {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kHalfWidth = 10.0;            // metres, to the inner faces of the walls
-constexpr double kFront = 4.0, kEnd = -62.0;   // metres, where the end walls stand
-constexpr double kBay = 5.5;                   // metres
+constexpr double kHalfWidth = 10.0;  // metres, to the inner faces of the walls
+constexpr double kFront = 4.0, kEnd = -62.0;  // metres, where the end walls stand
+constexpr double kBay = 5.5;  // metres
 
 // Walls are made of bands and piers of different thickness that run into each other: closed, and no two faces in one plane.
 void addSideWall(Shapes& shapes, double side) {
@@ -36,7 +36,8 @@ void addSideWall(Shapes& shapes, double side) {
 void addTable(Shapes& shapes, const glm::dmat4& frame, double length) {
   shapes.box(frame, {-0.45, 0.72, -0.5 * length}, {0.45, 0.78, 0.5 * length});
   for (const double x : {-0.38, 0.38}) {
-    for (const double z : {-0.5 * length + 0.15, 0.5 * length - 0.15}) shapes.box(frame, {x - 0.035, -0.05, z - 0.035}, {x + 0.035, 0.75, z + 0.035});
+    for (const double z : {-0.5 * length + 0.15, 0.5 * length - 0.15})
+      shapes.box(frame, {x - 0.035, -0.05, z - 0.035}, {x + 0.035, 0.75, z + 0.035});
   }
   for (const double x : {-0.95, 0.95}) {
     shapes.box(frame, {x - 0.16, 0.42, -0.46 * length}, {x + 0.16, 0.46, 0.46 * length});
@@ -83,7 +84,8 @@ BuiltIn makeHall() {
   for (double z = kFront - 0.5 - kBay; z > kEnd + 2.0; z -= kBay) {
     for (const double x : {-5.2, 5.2}) {
       shapes.box({x - 0.5, -0.1, z - 0.5}, {x + 0.5, 0.28, z + 0.5});
-      shapes.lathe(standing({x, 0.0, z}), {{0.42, 0.24}, {0.44, 0.36}, {0.34, 0.48}, {0.32, 3.0}, {0.27, 6.6}, {0.32, 6.68}, {0.45, 7.05}}, z > -30.0 ? 20 : 12);
+      shapes.lathe(standing({x, 0.0, z}), {{0.42, 0.24}, {0.44, 0.36}, {0.34, 0.48}, {0.32, 3.0}, {0.27, 6.6}, {0.32, 6.68}, {0.45, 7.05}},
+                   z > -30.0 ? 20 : 12);
       shapes.box({x - 0.5, 7.0, z - 0.5}, {x + 0.5, 7.24, z + 0.5});
     }
     shapes.box({-kHalfWidth - 0.3, 7.86, z - 0.16}, {kHalfWidth + 0.3, 8.44, z + 0.16});
@@ -115,9 +117,12 @@ BuiltIn makeHall() {
 
   // Furniture: tables and benches, chairs about, crates in stacks, shelves by the right wall.
   for (double z = -4.5; z > kEnd + 6.0; z -= 4.6) {
-    if (random.unit() < 0.85) addTable(shapes, standing({random.between(-2.2, -1.4), 0.0, z}, random.between(-0.12, 0.12)), random.between(2.4, 3.4));
-    if (random.unit() < 0.85) addTable(shapes, standing({random.between(1.6, 2.6), 0.0, z - 1.0}, random.between(-0.12, 0.12)), random.between(2.2, 3.2));
-    for (int i = 0; i < 2; ++i) addChair(shapes, standing({random.between(4.1, 4.4), 0.0, z + 1.5 * i - 0.6}, random.between(0.0, 2.0 * kPi)));
+    if (random.unit() < 0.85)
+      addTable(shapes, standing({random.between(-2.2, -1.4), 0.0, z}, random.between(-0.12, 0.12)), random.between(2.4, 3.4));
+    if (random.unit() < 0.85)
+      addTable(shapes, standing({random.between(1.6, 2.6), 0.0, z - 1.0}, random.between(-0.12, 0.12)), random.between(2.2, 3.2));
+    for (int i = 0; i < 2; ++i)
+      addChair(shapes, standing({random.between(4.1, 4.4), 0.0, z + 1.5 * i - 0.6}, random.between(0.0, 2.0 * kPi)));
   }
   for (double z = -3.0; z > kEnd + 4.0; z -= 3.7) {
     const double x = random.between(7.4, 8.9);

@@ -11,7 +11,7 @@ namespace gnomon::offscreen {
 namespace {
 
 constexpr double kBeyond = 7000.0;  // metres in front of the camera
-constexpr double kBehind = 260.0;   // metres behind it
+constexpr double kBehind = 260.0;  // metres behind it
 
 // Metres, at a point on the map. The camera stands at the origin and looks along -z, down a valley between ridges.
 double heightAt(double x, double z) {
@@ -61,8 +61,12 @@ BuiltIn makeRelief() {
     const glm::dvec3 lean(random.between(-0.12, 0.12), 1.0, random.between(-0.12, 0.12));
     const double h = 1.3 * height;
     shapes.lathe(along(foot, foot + lean),
-                 {{1.3 * radius, 0.0}, {1.05 * radius, 0.3 * h}, {random.between(0.7, 1.1) * radius, 0.5 * h}, {random.between(0.5, 0.9) * radius, 0.72 * h},
-                  {random.between(0.35, 0.6) * radius, 0.88 * h}, {0.1 * radius, h}},
+                 {{1.3 * radius, 0.0},
+                  {1.05 * radius, 0.3 * h},
+                  {random.between(0.7, 1.1) * radius, 0.5 * h},
+                  {random.between(0.5, 0.9) * radius, 0.72 * h},
+                  {random.between(0.35, 0.6) * radius, 0.88 * h},
+                  {0.1 * radius, h}},
                  7, {0.3, 0.2});
   }
   for (int i = 0; i < 420; ++i) {

@@ -25,9 +25,9 @@ namespace gnomon::offscreen {
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state(seed) {}
-  double unit();                           // in [0, 1)
+  double unit();  // in [0, 1)
   double between(double low, double high);
-  int below(int count);                    // 0 .. count - 1
+  int below(int count);  // 0 .. count - 1
 
  private:
   std::uint64_t state;
@@ -55,7 +55,8 @@ class Shapes {
   // A solid of revolution about local y. profile: (radius, height) from the bottom up, radii > 0, heights strictly increasing.
   // The top ring is tilted: its height grows by topSlope along local x and z.
   void lathe(const glm::dmat4& worldFromLocal, std::span<const glm::dvec2> profile, int sides, const glm::dvec2& topSlope = {0.0, 0.0});
-  void lathe(const glm::dmat4& worldFromLocal, std::initializer_list<glm::dvec2> profile, int sides, const glm::dvec2& topSlope = {0.0, 0.0});
+  void lathe(const glm::dmat4& worldFromLocal, std::initializer_list<glm::dvec2> profile, int sides,
+             const glm::dvec2& topSlope = {0.0, 0.0});
   // A rod of constant radius through the points of a path.
   void rod(std::span<const glm::dvec3> pathWs, double radius, int sides);
   void rod(const glm::dvec3& fromWs, const glm::dvec3& toWs, double radius, int sides);

@@ -35,7 +35,8 @@ void refuseHitsBehindStart(const RTCFilterFunctionNArguments* arguments) {
   const auto& ray = *reinterpret_cast<const ExactRay*>(arguments->context);
   const std::size_t first = std::size_t{3} * RTCHitN_primID(arguments->hit, 1, 0);
   const glm::dvec3& a = triangles.vertices[triangles.indices[first]];
-  const glm::dvec3 normal = glm::cross(triangles.vertices[triangles.indices[first + 1]] - a, triangles.vertices[triangles.indices[first + 2]] - a);
+  const glm::dvec3 normal =
+      glm::cross(triangles.vertices[triangles.indices[first + 1]] - a, triangles.vertices[triangles.indices[first + 2]] - a);
   const double towards = glm::dot(normal, ray.direction);
   const double ahead = glm::dot(normal, a - ray.start);
   if (!(ahead * towards > 0.0)) arguments->valid[0] = 0;
@@ -43,7 +44,8 @@ void refuseHitsBehindStart(const RTCFilterFunctionNArguments* arguments) {
 
 glm::dvec3 unit(const glm::dvec3& v, const char* what) {
   const double length = glm::length(v);
-  if (!(length > 0.0) || !std::isfinite(length)) throw std::runtime_error(std::string("truth: ") + what + " must be a finite, non-zero vector");
+  if (!(length > 0.0) || !std::isfinite(length))
+    throw std::runtime_error(std::string("truth: ") + what + " must be a finite, non-zero vector");
   return v / length;
 }
 
@@ -78,8 +80,8 @@ Tracer::Tracer(const Mesh& mesh) : impl(std::make_unique<State>()) {
   rtcSetSceneFlags(state.scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(state.scene, RTC_BUILD_QUALITY_MEDIUM);
   const RTCGeometry geometry = rtcNewGeometry(state.device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float),
-                                                               state.triangles.vertices.size()));
+  auto* vertices = static_cast<float*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), state.triangles.vertices.size()));
   auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                                                       3 * sizeof(std::uint32_t), state.triangles.indices.size() / 3));
   if (vertices && indices) {
@@ -107,7 +109,8 @@ std::vector<std::uint8_t> Tracer::lit(const std::vector<float>& position, const 
                                       const std::vector<std::uint8_t>& present, const glm::dvec3& originWs, const glm::dvec3& forwardWs,
                                       const glm::dvec3& cameraWs, const glm::dvec3& lightDirectionWs) const {
   const std::size_t count = present.size();
-  if (position.size() != 3 * count || normal.size() != 3 * count) throw std::runtime_error("truth: positions, normals and presence of different sizes");
+  if (position.size() != 3 * count || normal.size() != 3 * count)
+    throw std::runtime_error("truth: positions, normals and presence of different sizes");
   const glm::dvec3 forward = unit(forwardWs, "the view direction");
   const glm::dvec3 toLight = -unit(lightDirectionWs, "the light direction");
 

@@ -46,7 +46,9 @@ std::vector<std::uint8_t> countedPixels(const std::vector<std::uint8_t>& truth, 
 WrongPixels countWrong(int width, int height, const std::vector<std::uint8_t>& answer, const std::vector<std::uint8_t>& truth,
                        const std::vector<std::uint8_t>& counted) {
   checkSizes(width, height, answer, truth, counted);
-  const auto at = [width](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x); };
+  const auto at = [width](int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+  };
 
   WrongPixels result;
   std::vector<std::uint8_t> edge(truth.size(), 0);

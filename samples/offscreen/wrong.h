@@ -25,19 +25,19 @@ namespace gnomon::offscreen {
 inline constexpr double kLeastCosine = 0.02;  // between a counted pixel's normal and the direction to the light
 
 struct WrongPixels {
-  std::size_t counted = 0;          // pixels with geometry that faces the light
-  std::size_t edge = 0;             // counted pixels that touch a true edge
-  std::size_t shadowed = 0;         // counted pixels that are truly in shadow
-  std::size_t wrong = 0;            // = wrongNear + wrongFar = falselyLit + falselyShadowed
-  std::size_t wrongNear = 0;        // within one pixel of a true edge
-  std::size_t wrongFar = 0;         // farther than one pixel from every true edge
-  std::size_t falselyLit = 0;       // truly in shadow
+  std::size_t counted = 0;  // pixels with geometry that faces the light
+  std::size_t edge = 0;  // counted pixels that touch a true edge
+  std::size_t shadowed = 0;  // counted pixels that are truly in shadow
+  std::size_t wrong = 0;  // = wrongNear + wrongFar = falselyLit + falselyShadowed
+  std::size_t wrongNear = 0;  // within one pixel of a true edge
+  std::size_t wrongFar = 0;  // farther than one pixel from every true edge
+  std::size_t falselyLit = 0;  // truly in shadow
   std::size_t falselyShadowed = 0;  // truly lit
 
   // Each is 0 where there is nothing to divide by.
-  [[nodiscard]] double share() const;          // wrong over counted
-  [[nodiscard]] double perEdge() const;        // wrong over edge
-  [[nodiscard]] double farShare() const;       // wrongFar over wrong
+  [[nodiscard]] double share() const;  // wrong over counted
+  [[nodiscard]] double perEdge() const;  // wrong over edge
+  [[nodiscard]] double farShare() const;  // wrongFar over wrong
   [[nodiscard]] double shadowedShare() const;  // shadowed over counted
 };
 

@@ -29,15 +29,16 @@ Mesh boxOverPlane(const glm::vec3& offset) {
   for (int i = 0; i < 8; ++i) p.emplace_back((i & 1) ? 1 : -1, (i & 2) ? 3 : 2, (i & 4) ? 1 : -1);
   for (glm::vec3& v : p) v += offset;
   std::vector<std::uint32_t> indices{0, 2, 1, 0, 3, 2};
-  const std::array<std::array<std::uint32_t, 4>, 6> faces{{{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
+  const std::array<std::array<std::uint32_t, 4>, 6> faces{
+      {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}}};
   for (const auto& f : faces) {
-    for (const std::size_t k : {0, 1, 2, 0, 2, 3}) indices.push_back(4 + f[k]);
+    for (const std::size_t k : {0u, 1u, 2u, 0u, 2u, 3u}) indices.push_back(4 + f[k]);
   }
   return meshOf(p, indices);
 }
 
-std::uint8_t litAt(const Tracer& tracer, const glm::dvec3& point, const glm::dvec3& normal, const glm::dvec3& origin, const glm::dvec3& camera,
-                   const glm::dvec3& forward, const glm::dvec3& light) {
+std::uint8_t litAt(const Tracer& tracer, const glm::dvec3& point, const glm::dvec3& normal, const glm::dvec3& origin,
+                   const glm::dvec3& camera, const glm::dvec3& forward, const glm::dvec3& light) {
   const glm::vec3 p(point - origin), n(normal);
   return tracer.lit({p.x, p.y, p.z}, {n.x, n.y, n.z}, {1}, origin, forward, camera, light)[0];
 }
@@ -96,8 +97,14 @@ TEST(TruthTest, ShadowOfABoxByHand) {
 // A ray starts 1e-4 of the view depth above the surface. A sheet 5e-3 above the ground hides the light from
 // points at depths below 50, and lies under the ray's start beyond. View depth counts along the view direction, not along the ray.
 TEST(TruthTest, OffsetIsATenThousandthOfViewDepth) {
-  const Mesh mesh = meshOf({{-500, 0, -500}, {500, 0, -500}, {500, 0, 500}, {-500, 0, 500},
-                            {-500, 5e-3f, -500}, {500, 5e-3f, -500}, {500, 5e-3f, 500}, {-500, 5e-3f, 500}},
+  const Mesh mesh = meshOf({{-500, 0, -500},
+                            {500, 0, -500},
+                            {500, 0, 500},
+                            {-500, 0, 500},
+                            {-500, 5e-3f, -500},
+                            {500, 5e-3f, -500},
+                            {500, 5e-3f, 500},
+                            {-500, 5e-3f, 500}},
                            {0, 2, 1, 0, 3, 2, 4, 6, 5, 4, 7, 6});
   const Tracer tracer(mesh);
   const glm::dvec3 camera(0, 30, 0), forward(0, 0, -7), light(0.1, -1, 0.2), up(0, 1, 0);

@@ -50,7 +50,9 @@ TEST(WrongTest, RefusesPicturesOfDifferentSizes) {
 
 TEST(WrongTest, CountedPixelsFaceTheLight) {
   // Light straight down; normals at a cosine just under and just over 0.02, of length 2, one turned away, and one where there is nothing.
-  const auto leaning = [](double cosine) { return std::vector<float>{static_cast<float>(2 * std::sqrt(1 - cosine * cosine)), static_cast<float>(2 * cosine), 0}; };
+  const auto leaning = [](double cosine) {
+    return std::vector<float>{static_cast<float>(2 * std::sqrt(1 - cosine * cosine)), static_cast<float>(2 * cosine), 0};
+  };
   std::vector<float> normal;
   for (const double cosine : {0.0199, 0.0201, 1.0, -1.0, 1.0}) {
     const std::vector<float> n = leaning(cosine);

@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 namespace {
 
@@ -31,7 +32,7 @@ class Cases : public ::testing::Test {
   };
 
   [[nodiscard]] Answer solve(const fs::path& path, const std::string& settings) const {
-    const std::string stem = ::testing::TempDir() + "gnomon_" + path.stem().string();
+    const std::string stem = ::testing::TempDir() + "gnomon_" + std::to_string(getpid()) + "_" + path.stem().string();  // tests run side by side
     const std::string command = std::string(GNOMON_TOOL) + " solve " + path.string() + " --method pssm --set split=logarithmic " + settings + " > " + stem + ".json && /usr/bin/python3 " +
                                 (kData / "tools/judge.py").string() + " " + path.string() + " " + stem + ".json > " + stem + ".verdict";
     EXPECT_EQ(std::system(command.c_str()), 0) << command;

@@ -427,6 +427,7 @@ TEST_F(Cli, AnswersInTheFormOfTheContract) {
 
   const std::vector<std::uint8_t> bytes = decoded(result["block"]);
   ASSERT_EQ(bytes.size(), sizeof(GnomonBlock));
+  EXPECT_EQ(bytes.size(), 3328u);  // std140 of gnomon_block.glsl, counted by hand: 8 + 8 rows of 16 bytes, 16 partitions of 12
   GnomonBlock block;
   std::memcpy(&block, bytes.data(), sizeof block);
   EXPECT_EQ(block.info.x, 4u);
@@ -444,6 +445,7 @@ TEST_F(Cli, AnswersInTheFormOfTheContract) {
     EXPECT_GE(map["cull_planes"].size(), 4u);
     for (const Json& plane : map["cull_planes"]) EXPECT_EQ(plane.size(), 4u);
     ASSERT_EQ(map["world_to_clip"].size(), 16u);
+    for (std::size_t c = 0; c < 4; ++c) EXPECT_EQ(map["world_to_clip"][12 + c], c < 3 ? 0.0 : 1.0);  // row-major
     for (int row = 0; row < 4; ++row)
       for (int column = 0; column < 4; ++column)  // the very floats of the block
         EXPECT_EQ(map["world_to_clip"][static_cast<std::size_t>(4 * row + column)].get<double>(),
@@ -588,7 +590,8 @@ TEST_F(Cli, WorldMovesTheOrigin) {
 }
 
 TEST_F(Cli, LayersGiveEachMapItsOwn) {
-  const Json result = answer(usual(), {"--layers"});
+  const Json result = answer(usual(), {"--layers", "--set", "fit=slice"});
+  EXPECT_EQ(result["atlas"], list({1024, 1024}));
   ASSERT_EQ(result["partitions"].size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(result["partitions"][i]["layer"], i);
@@ -621,6 +624,7 @@ TEST_F(Cli, CameraFormsAgree) {
   const Json view = list({1, 0, 0, -1, 0, 1, 0, -2, 0, 0, 1, -3, 0, 0, 0, 1});
   const Json openGl = list({1 / side, 0, 0, 0, 0, 1 / up, 0, 0, 0, 0, -(f + n) / (f - n), -2 * f * n / (f - n), 0, 0, -1, 0});
   expectSameMaps(answer(edited({{"/camera", matrixCamera(view, openGl)}})), answer(plain), 1e-9);
+  EXPECT_EQ(answer(edited({{"/camera", matrixCamera(view, openGl)}}))["origin"], list({1, 2, 3}));
 
   // Reversed depth, infinite far, half a pixel of jitter: the form that engines with temporal antialiasing hold.
   Json reversed = matrixCamera(view, list({1 / side, 0, 1.0 / 1280, 0, 0, 1 / up, -1.0 / 720, 0, 0, 0, 0, n, 0, 0, -1, 0}));

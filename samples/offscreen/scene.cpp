@@ -258,35 +258,54 @@ std::vector<View> framedViews(const Mesh& mesh, double aspect) {
   const glm::dvec3 size = mesh.max - mesh.min;
   if (!(glm::length(size) > 0.0)) throw std::runtime_error(mesh.name + ": has no extent to look at");
   const glm::dvec3 centre = 0.5 * (mesh.min + mesh.max);
-  // From the box to the eye: from above, past a corner, the longer side across the picture.
-  const glm::dvec3 backward = glm::normalize(size.x >= size.z ? glm::dvec3(0.45, 0.45, 0.75) : glm::dvec3(0.75, 0.45, 0.45));
+  // From the mesh to the eye: from above, past a corner, the longer side across the picture.
+  const glm::dvec3 backward = glm::normalize(size.x >= size.z ? glm::dvec3(0.45, 0.6, 0.75) : glm::dvec3(0.75, 0.6, 0.45));
   const glm::dvec3 up(0.0, 1.0, 0.0);
   const glm::dvec3 right = glm::normalize(glm::cross(up, backward));
   const glm::dvec3 trueUp = glm::cross(backward, right);
-  constexpr double kRoom = 1.03;  // a little air around the box
+  constexpr double kRoom = 1.03;  // a little air around the mesh
   const double tangentY = std::tan(0.5 * kFovY) / kRoom, tangentX = tangentY * aspect;
 
-  // The nearest eye that sees every corner c, given where it looks. With z towards the eye, the right plane keeps c where
-  // c.x + tangent c.z <= eye.x + tangent eye.z, and the left one where -c.x + tangent c.z <= -eye.x + tangent eye.z. Let high
-  // and low be the greatest left-hand sides: together 2 tangent eye.z >= high + low, and eye.x = (high - low) / 2 leaves both sides alike.
-  double highX = -std::numeric_limits<double>::infinity(), lowX = highX, highY = highX, lowY = highX;
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 p = 0.5 * size * glm::dvec3((corner & 1) ? 1.0 : -1.0, (corner & 2) ? 1.0 : -1.0, (corner & 4) ? 1.0 : -1.0);
-    const double x = glm::dot(p, right), y = glm::dot(p, trueUp), z = glm::dot(p, backward);
-    highX = std::max(highX, x + tangentX * z);
-    lowX = std::max(lowX, -x + tangentX * z);
-    highY = std::max(highY, y + tangentY * z);
-    lowY = std::max(lowY, -y + tangentY * z);
+  // The nearest eye that sees every corner, given where it looks. With z towards the eye, the right plane keeps a corner c where
+  // c.x + tangent c.z <= eye.x + tangent eye.z, and the left one where -c.x + tangent c.z <= -eye.x + tangent eye.z. Let high and
+  // low be the greatest left-hand sides: adding up, 2 tangent eye.z >= high + low, and one of the two axes decides.
+  std::vector<bool> isUsed(mesh.positionsWs.size(), false);
+  for (const std::uint32_t index : mesh.indices) isUsed[index] = true;
+  std::vector<glm::dvec3> corners;
+  const double none = -std::numeric_limits<double>::infinity();
+  glm::dvec2 high(none), low(none);
+  const glm::dvec2 tangent(tangentX, tangentY);
+  for (std::size_t i = 0; i < isUsed.size(); ++i) {
+    if (!isUsed[i]) continue;
+    const glm::dvec3 p = glm::dvec3(mesh.positionsWs[i]) - centre;
+    const glm::dvec3& c = corners.emplace_back(glm::dot(p, right), glm::dot(p, trueUp), glm::dot(p, backward));
+    high = glm::max(high, glm::dvec2(c) + tangent * c.z);
+    low = glm::max(low, -glm::dvec2(c) + tangent * c.z);
   }
-  const double distance = std::max((highX + lowX) / (2.0 * tangentX), (highY + lowY) / (2.0 * tangentY));
-  const glm::dvec3 eye = centre + backward * distance + right * (0.5 * (highX - lowX)) + trueUp * (0.5 * (highY - lowY));
+  const double distance = std::max((high.x + low.x) / (2.0 * tangent.x), (high.y + low.y) / (2.0 * tangent.y));
+  // Along the other axis there is room to spare: as much on one side of the picture as on the other, by bisection.
+  glm::dvec2 shift(0.0);
+  for (int axis = 0; axis < 2; ++axis) {
+    double least = high[axis] - tangent[axis] * distance, most = tangent[axis] * distance - low[axis];
+    for (int step = 0; step < 40; ++step) {
+      const double middle = 0.5 * (least + most);
+      double above = none, below = none;
+      for (const glm::dvec3& corner : corners) {
+        above = std::max(above, (corner[axis] - middle) / (distance - corner.z));
+        below = std::max(below, (middle - corner[axis]) / (distance - corner.z));
+      }
+      (above > below ? least : most) = middle;
+    }
+    shift[axis] = 0.5 * (least + most);
+  }
+  const glm::dvec3 eye = centre + backward * distance + right * shift.x + trueUp * shift.y;
 
   gnomon::Camera camera = gnomon::perspective(eye, -backward, up, kFovY, aspect, 1.0, 2.0);
   const DepthRange range = depthInView(mesh, camera);
   camera.far = kFarShare * range.farthest;
   camera.near = std::max(kNearShare * range.nearest, kLeastNearOverFar * camera.far);
 
-  return {{"framed", "steep", camera, glm::normalize(glm::dvec3(0.45, -1.0, 0.2))},
+  return {{"framed", "steep", camera, glm::normalize(glm::dvec3(0.45, -1.0, -0.3))},
           {"framed", "low", camera, glm::normalize(glm::dvec3(0.8, -0.27, -0.5))}};
 }
 

@@ -40,7 +40,7 @@ struct BuiltIn {
 // positions, accessors that point outside their buffers, sparse or compressed positions.
 [[nodiscard]] Mesh loadGlb(const std::string& path);
 
-// Two views of any mesh: the whole bounding box from three quarters above, 60 degrees vertically, under a steep and a low light.
+// Two views of any mesh: all of it, from three quarters above, 60 degrees vertically, under a steep and a low light.
 // aspect: width over height, > 0. Throws std::runtime_error for a mesh without extent.
 [[nodiscard]] std::vector<View> framedViews(const Mesh& mesh, double aspect);
 

@@ -20,7 +20,8 @@ glm::ivec2 viewportSize(const MapFit& fit, double texels, double margin, const L
   const double twice = 2.0 * margin, middle = twice * (1.0 + aspect);
   const double inner = (std::sqrt(std::max(middle * middle + 4.0 * aspect * (texels - twice * twice), 0.0)) - middle) / (2.0 * aspect);
   const double wanted = std::max(aspect * inner, 0.0) + twice;
-  const int width = std::clamp(static_cast<int>(std::min(wanted + 0.5, 1e9)), 1, std::min(most.width, static_cast<int>(std::min(texels, 1e9))));
+  const int width =
+      std::clamp(static_cast<int>(std::min(wanted + 0.5, 1e9)), 1, std::min(most.width, static_cast<int>(std::min(texels, 1e9))));
   const int height = std::clamp(static_cast<int>(texels / width), 1, most.height);
   return {width, height};
 }
@@ -53,19 +54,18 @@ bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, A
   for (int i = 0; i < count; ++i) widest = std::max(widest, sizes[i].x + 2 * border);
   std::int64_t leastArea = -1;
   int bestWidth = 0, bestHeight = 0;
-  for (int first = 0; first < count; ++first)
-    for (int last = first, width = 0; last < count; ++last) {
-      width += sizes[order[last]].x + 2 * border;
-      if (width > most.width) break;
-      if (width < widest) continue;
-      const int height = shelve(sizes, order, count, width, border, nullptr);
-      if (height > most.height) continue;
-      const std::int64_t area = static_cast<std::int64_t>(width) * height;
-      if (leastArea >= 0 && (area > leastArea || (area == leastArea && std::max(width, height) >= std::max(bestWidth, bestHeight)))) continue;
-      leastArea = area;
-      bestWidth = width;
-      bestHeight = height;
-    }
+  for (int last = 0, sum = 0; last < count; ++last) {  // as wide as the tallest maps side by side
+    sum += sizes[order[last]].x + 2 * border;
+    const int width = std::max(sum, widest);
+    if (width > most.width) break;
+    const int height = shelve(sizes, order, count, width, border, nullptr);
+    if (height > most.height) continue;
+    const std::int64_t area = static_cast<std::int64_t>(width) * height;
+    if (leastArea >= 0 && (area > leastArea || (area == leastArea && std::max(width, height) >= std::max(bestWidth, bestHeight)))) continue;
+    leastArea = area;
+    bestWidth = width;
+    bestHeight = height;
+  }
   if (leastArea < 0) return false;
   shelve(sizes, order, count, bestWidth, border, atlas.viewports);
   atlas.size = {bestWidth, bestHeight};
@@ -76,13 +76,15 @@ bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, A
 }  // namespace
 
 double texelsPerMap(const Budget& budget, int count) noexcept {
-  return budget.texels > 0.0 ? std::max(std::floor(budget.texels / count), 1.0) : static_cast<double>(budget.resolution) * budget.resolution;
+  return budget.texels > 0.0 ? std::max(std::floor(budget.texels / count), 1.0)
+                             : static_cast<double>(budget.resolution) * budget.resolution;
 }
 
 Status packAtlas(const Frame& frame, const MapFit* fits, int count, Atlas& atlas) noexcept {
   const int border = frame.margin.border;
   const double margin = frame.margin.filter + frame.margin.normalOffset;
-  const Limits most{frame.budget.atlas.x > 0 ? frame.budget.atlas.x : kMaxTextureSide, frame.budget.atlas.y > 0 ? frame.budget.atlas.y : kMaxTextureSide};
+  const Limits most{frame.budget.atlas.x > 0 ? frame.budget.atlas.x : kMaxTextureSide,
+                    frame.budget.atlas.y > 0 ? frame.budget.atlas.y : kMaxTextureSide};
   const Limits mostMap{most.width - 2 * border, most.height - 2 * border};
   if (mostMap.width < 1 || mostMap.height < 1) return Status::budgetAtlas;
   atlas = {};

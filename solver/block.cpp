@@ -66,21 +66,23 @@ void clearBlock(GnomonBlock& block) noexcept {
 glm::dmat4 atlasMatrix(const Frame& frame, const glm::dmat4& clipFromWorld, const glm::ivec4& viewport, const glm::ivec2& atlas) noexcept {
   const glm::dmat4 rows = glm::transpose(clipFromWorld);
   const double flip = frame.shadowMap.style == ClipStyle::direct3d ? -0.5 : 0.5;
-  const glm::dvec2 size = glm::dvec2(viewport.z, viewport.w) / glm::dvec2(atlas), corner = glm::dvec2(viewport.x, viewport.y) / glm::dvec2(atlas);
+  const glm::dvec2 size = glm::dvec2(viewport.z, viewport.w) / glm::dvec2(atlas),
+                   corner = glm::dvec2(viewport.x, viewport.y) / glm::dvec2(atlas);
   const glm::dvec4 u = (0.5 * rows[0] + 0.5 * rows[3]) * size.x + rows[3] * corner.x;
   const glm::dvec4 v = (flip * rows[1] + 0.5 * rows[3]) * size.y + rows[3] * corner.y;
   const glm::dvec4 depth = frame.shadowMap.depth == DepthConvention::negativeOneToOne ? 0.5 * (rows[2] + rows[3]) : rows[2];
   return glm::transpose(glm::dmat4(u, v, depth, rows[3]));
 }
 
-bool writeBlock(const Frame& frame, const Region& region, const LightSpace& light, const Splits& slices, bool byViewDepth, const glm::dmat4* clipFromWorld,
-                Solution& solution) noexcept {
+bool writeBlock(const Frame& frame, const Region& region, const LightSpace& light, const Splits& slices, bool byViewDepth,
+                const glm::dmat4* clipFromWorld, Solution& solution) noexcept {
   GnomonBlock& block = solution.block;
   const Camera& camera = frame.camera;
   const int count = solution.partitionCount;
   clearBlock(block);
   const auto flags = (byViewDepth ? GNOMON_FLAG_VIEW_DEPTH : 0u) | (solution.depthClamp ? GNOMON_FLAG_DEPTH_CLAMP : 0u);
-  block.info = uvec4(static_cast<unsigned>(count), flags, static_cast<unsigned>(GNOMON_LAYOUT_VERSION), static_cast<unsigned>(solution.layers));
+  block.info =
+      uvec4(static_cast<unsigned>(count), flags, static_cast<unsigned>(GNOMON_LAYOUT_VERSION), static_cast<unsigned>(solution.layers));
   const glm::dvec2 atlas(solution.atlas);
   block.atlas = vec4(glm::dvec4(atlas, 1.0 / atlas));
   const glm::vec3 origin(solution.originWs);
@@ -94,7 +96,8 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
   block.depthRule = vec4(glm::dvec4(sign, fadeFrom, region.far, frame.fade > 0.0 ? 1.0 / (region.far - fadeFrom) : 0.0));
   block.bias = vec4(glm::dvec4(frame.bias.slope, frame.bias.constant, 0.0, 0.0));
 
-  bool isFine = true;
+  const auto isVectorFinite = [](const vec4& v) { return (v.x + v.y + v.z + v.w) * 0.0f == 0.0f; };
+  bool isFine = isVectorFinite(block.origin) && isVectorFinite(block.viewPlane) && isVectorFinite(block.depthRule);
   for (int i = 0; i < count; ++i) {
     Partition& map = solution.partitions[i];
     GnomonPartition& out = block.partitions[i];
@@ -105,7 +108,8 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
     const glm::dvec2 least = glm::dvec2(map.viewport.x, map.viewport.y) / atlas, size = glm::dvec2(map.viewport.z, map.viewport.w) / atlas;
     out.uvBounds = vec4(glm::dvec4(least, least + size));
     // Where no partition adjoins, the interval is widened by what float32 depth may confuse: half-open ends need a neighbour.
-    const bool hasBefore = i > 0 && slices.slices[i - 1].far == slice.near, hasAfter = i + 1 < count && slices.slices[i + 1].near == slice.far;
+    const bool hasBefore = i > 0 && slices.slices[i - 1].far == slice.near,
+               hasAfter = i + 1 < count && slices.slices[i + 1].near == slice.far;
     const double viewNear = hasBefore ? slice.near : slice.near - viewQuantum(camera, slice.near);
     const double viewFar = hasAfter ? slice.far : slice.far + viewQuantum(camera, slice.far);
     const double windowNear = windowDepth(camera, slice.near) * sign - (hasBefore ? 0.0 : windowQuantum(camera, slice.near));

@@ -23,13 +23,13 @@ Camera make(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm
 
 }  // namespace
 
-Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double fovY, double aspect, double near,
-                   double far) noexcept {
+Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double fovY, double aspect,
+                   double near, double far) noexcept {
   return make(positionWs, forwardWs, upWs, Projection::perspective, std::tan(fovY / 2.0), aspect, near, far);
 }
 
-Camera orthographic(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double height, double aspect, double near,
-                    double far) noexcept {
+Camera orthographic(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double height, double aspect,
+                    double near, double far) noexcept {
   return make(positionWs, forwardWs, upWs, Projection::orthographic, height / 2.0, aspect, near, far);
 }
 
@@ -45,7 +45,8 @@ Status cameraFromMatrices(const glm::dmat4& viewFromWorld, const glm::dmat4& cli
   const glm::dmat3 rotation(viewFromWorld);
   const glm::dmat3 rows = glm::transpose(rotation);
   for (int i = 0; i < 3; ++i) {
-    if (!(std::abs(viewFromWorld[i][3]) <= kRigid) || !(std::abs(glm::dot(rows[i], rows[i]) - 1.0) <= kRigid)) return Status::cameraViewMatrix;
+    if (!(std::abs(viewFromWorld[i][3]) <= kRigid) || !(std::abs(glm::dot(rows[i], rows[i]) - 1.0) <= kRigid))
+      return Status::cameraViewMatrix;
     if (!(std::abs(glm::dot(rows[i], rows[(i + 1) % 3])) <= kRigid)) return Status::cameraViewMatrix;
   }
   if (!(std::abs(viewFromWorld[3][3] - 1.0) <= kRigid)) return Status::cameraViewMatrix;
@@ -56,7 +57,8 @@ Status cameraFromMatrices(const glm::dmat4& viewFromWorld, const glm::dmat4& cli
   const bool isPerspective = p[3][3] == 0.0;
   const double scale = isPerspective ? std::abs(w) : p[3][3];  // a projection times any number is the same projection
   if (!(scale > 0.0) || a == 0.0 || b == 0.0 || p[1][0] != 0.0 || p[0][1] != 0.0 || p[0][2] != 0.0 || p[1][2] != 0.0 || p[0][3] != 0.0 ||
-      p[1][3] != 0.0 || (isPerspective && (p[3][0] != 0.0 || p[3][1] != 0.0)) || (!isPerspective && (w != 0.0 || p[2][0] != 0.0 || p[2][1] != 0.0)))
+      p[1][3] != 0.0 || (isPerspective && (p[3][0] != 0.0 || p[3][1] != 0.0)) ||
+      (!isPerspective && (w != 0.0 || p[2][0] != 0.0 || p[2][1] != 0.0)))
     return Status::cameraProjectionMatrix;
 
   const bool isReversed = depth == DepthConvention::reversedZeroToOne;
@@ -144,14 +146,16 @@ double depthQuantum(const Camera& camera, double viewDepth) noexcept {
   constexpr double kRounding = 2.0 * kFloatUlp;
   if (camera.projection == Projection::orthographic) return kRounding * (f - n);
   const double span = std::isfinite(f) ? n * (f / (f - n)) : n;  // |d window / d z| = span / z^2
-  const double rounding =
-      camera.depth == DepthConvention::reversedZeroToOne ? kRounding * (windowDepth(camera, z) + (std::isfinite(f) ? n / (f - n) : 0.0)) : kRounding;
+  const double rounding = camera.depth == DepthConvention::reversedZeroToOne
+                              ? kRounding * (windowDepth(camera, z) + (std::isfinite(f) ? n / (f - n) : 0.0))
+                              : kRounding;
   return rounding * z * (z / span);
 }
 
 double viewQuantum(const Camera& camera, double viewDepth) noexcept {
   // A dot product of float32 terms as large as the distance from the eye.
-  const double widest = std::max(std::max(std::abs(camera.left), std::abs(camera.right)), std::max(std::abs(camera.down), std::abs(camera.up)));
+  const double widest =
+      std::max(std::max(std::abs(camera.left), std::abs(camera.right)), std::max(std::abs(camera.down), std::abs(camera.up)));
   const double reach = camera.projection == Projection::perspective ? std::abs(viewDepth) * (1.0 + widest) : std::abs(viewDepth) + widest;
   return 4.0 * kFloatUlp * reach;
 }

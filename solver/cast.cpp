@@ -9,8 +9,21 @@ constexpr int kMaxSides = 12;  // of the swept prism; more hull edges than that 
 
 }  // namespace
 
-int makeCullPlanes(const Region& region, const LightSpace& light, const DepthSpan& slice, const Footprint& footprint, double grow,
-                   glm::dvec4* planesWs) noexcept {
+int makeCaps(const Region& region, const LightSpace& light, glm::dvec4* capsWs) noexcept {
+  int count = 0;
+  for (int i = 0; i < region.volume.planeCount; ++i) {
+    const Plane& plane = region.volume.planes[i];
+    if (i == 4 || i == 5 || !(glm::dot(plane.normal, light.directionVs) < 0.0))
+      continue;  // 4 and 5: near and far, where a slice's are tighter
+    const double scale = 1.0 / std::sqrt(glm::dot(plane.normal, plane.normal));
+    const glm::dvec3 normalWs = region.worldFromView * plane.normal * scale;
+    capsWs[count++] = glm::dvec4(normalWs, plane.offset * scale - glm::dot(normalWs, region.eyeWs));
+  }
+  return count;
+}
+
+int makeCullPlanes(const Region& region, const LightSpace& light, const Footprint& footprint, std::span<const glm::dvec4> capsWs,
+                   double grow, glm::dvec4* planesWs) noexcept {
   int count = 0;
   const auto add = [&](const glm::dvec3& normalWs, double offset) {  // unit normal, offset from the eye
     if (count < kMaxCullPlanes) planesWs[count++] = glm::dvec4(normalWs, offset + grow - glm::dot(normalWs, region.eyeWs));
@@ -41,16 +54,11 @@ int makeCullPlanes(const Region& region, const LightSpace& light, const DepthSpa
   }
   // Caps: faces that light leaves the region by stay where they are when it is swept towards the light.
   add(-light.directionWs, footprint.depthFar);
-  const auto addCap = [&](const Plane& plane) {
-    if (!(glm::dot(plane.normal, light.directionVs) < 0.0)) return;
-    const double scale = 1.0 / std::sqrt(glm::dot(plane.normal, plane.normal));
-    add(region.worldFromView * plane.normal * scale, plane.offset * scale);
-  };
   const double along = light.directionVs.z;
-  if (along < 0.0) add(region.worldFromView[2], -slice.near);
-  if (along > 0.0) add(-region.worldFromView[2], slice.far);
-  for (int i = 0; i < region.volume.planeCount; ++i)
-    if (i != 4 && i != 5) addCap(region.volume.planes[i]);  // 4 and 5 are the view volume's own near and far: the slice's are tighter
+  if (along < 0.0) add(region.worldFromView[2], -footprint.padded.near);
+  if (along > 0.0) add(-region.worldFromView[2], footprint.padded.far);
+  for (const glm::dvec4& cap : capsWs)
+    if (count < kMaxCullPlanes) planesWs[count++] = glm::dvec4(glm::dvec3(cap), cap.w + grow);
   return count;
 }
 

@@ -48,47 +48,49 @@ int simplifyHull(glm::dvec2* points, int count) noexcept {
   }
   for (int k = 0; k < kSides; ++k) {
     const int next = (k + 1) % kSides;
-    points[k] = glm::dvec2(support[k] * normal[next].y - support[next] * normal[k].y, support[next] * normal[k].x - support[k] * normal[next].x) /
-                cross2(normal[k], normal[next]);
+    points[k] =
+        glm::dvec2(support[k] * normal[next].y - support[next] * normal[k].y, support[next] * normal[k].x - support[k] * normal[next].x) /
+        cross2(normal[k], normal[next]);
   }
   return kSides;
 }
 
-template <bool kIsAffine>
-inline void add(Footprint& footprint, const glm::dmat4& m, const glm::dvec3& vs) noexcept {
+// A cell's vertex seen from the light: homogeneous, so that points between two of them may be interpolated before the division.
+struct Seen {
+  double x, y, depth, w, z;  // z: view depth
+};
+
+void add(Footprint& footprint, const Seen& point) noexcept {
   if (footprint.count == kMaxHull) {
     footprint.count = makeHull(footprint.hull, footprint.count);
     if (footprint.count > kMaxHull / 2) footprint.count = simplifyHull(footprint.hull, footprint.count);
   }
-  double x = m[0][0] * vs.x + m[1][0] * vs.y + m[2][0] * vs.z + m[3][0], y = m[0][1] * vs.x + m[1][1] * vs.y + m[2][1] * vs.z + m[3][1];
-  double depth = m[0][2] * vs.x + m[1][2] * vs.y + m[2][2] * vs.z + m[3][2];
-  if constexpr (!kIsAffine) {
-    const double scale = 1.0 / (m[0][3] * vs.x + m[1][3] * vs.y + m[2][3] * vs.z + m[3][3]);
-    x *= scale;
-    y *= scale;
-    depth *= scale;
+  double x = point.x, y = point.y, depth = point.depth;
+  if (point.w != 1.0) {  // a directional light has no perspective
+    x /= point.w;
+    y /= point.w;
+    depth /= point.w;
   }
   footprint.hull[footprint.count++] = {x, y};
-  footprint.depthNear = std::min(footprint.depthNear, depth);
-  footprint.depthFar = std::max(footprint.depthFar, depth);
-  footprint.reach = std::max(footprint.reach, glm::dot(vs, vs));
+  footprint.depthNear = depth < footprint.depthNear ? depth : footprint.depthNear;
+  footprint.depthFar = depth > footprint.depthFar ? depth : footprint.depthFar;
 }
 
 // Adds the part of a cell between two view depths. Vertices of the cut are on the cell's edges.
-template <bool kIsAffine>
-void addSlab(Footprint& footprint, const glm::dmat4& lsFromView, const Cell& cell, const DepthSpan& slab) noexcept {
+void addSlab(Footprint& footprint, const Cell& cell, const Seen* seen, const DepthSpan& slab) noexcept {
   for (int i = 0; i < cell.vertexCount; ++i)
-    if (cell.vertices[i].z >= slab.near && cell.vertices[i].z <= slab.far) add<kIsAffine>(footprint, lsFromView, cell.vertices[i]);
+    if (seen[i].z >= slab.near && seen[i].z <= slab.far) add(footprint, seen[i]);
   for (int i = 0; i < cell.edgeCount; ++i) {
-    const glm::dvec3 *p = &cell.vertices[cell.edges[i].from], *q = &cell.vertices[cell.edges[i].to];
+    const Seen *p = &seen[cell.edges[i].from], *q = &seen[cell.edges[i].to];
     if (p->z > q->z) std::swap(p, q);
     if (q->z <= slab.near || p->z >= slab.far) continue;
-    for (const double z : {slab.near, slab.far})
-      if (p->z < z && z < q->z) {
-        glm::dvec3 cut = *p + (*q - *p) * ((z - p->z) / (q->z - p->z));
-        cut.z = z;
-        add<kIsAffine>(footprint, lsFromView, cut);
-      }
+    const double perDepth = 1.0 / (q->z - p->z);
+    for (const double z : {slab.near, slab.far}) {
+      if (!(p->z < z && z < q->z)) continue;
+      const double t = (z - p->z) * perDepth;
+      add(footprint,
+          {p->x + (q->x - p->x) * t, p->y + (q->y - p->y) * t, p->depth + (q->depth - p->depth) * t, p->w + (q->w - p->w) * t, z});
+    }
   }
 }
 
@@ -111,7 +113,8 @@ double sliceDiameter(const Region& region, const DepthSpan& slab) noexcept {
 double farthestReach(const Region& region, const DepthSpan& slab) noexcept {
   const Camera& camera = region.camera;
   const double z = std::max(std::abs(slab.near), std::abs(slab.far)), k = camera.projection == Projection::perspective ? z : 1.0;
-  const double x = k * std::max(std::abs(camera.left), std::abs(camera.right)), y = k * std::max(std::abs(camera.down), std::abs(camera.up));
+  const double x = k * std::max(std::abs(camera.left), std::abs(camera.right)),
+               y = k * std::max(std::abs(camera.down), std::abs(camera.up));
   return std::sqrt(x * x + y * y + z * z);
 }
 
@@ -177,25 +180,25 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     footprint.count = 0;
     footprint.depthNear = kInfinity;
     footprint.depthFar = -kInfinity;
-    footprint.reach = 0.0;
     footprint.padded = padSlice(region, splits, s, margin, byViewDepth);
+    footprint.reach = farthestReach(region, footprint.padded);
   }
-  const glm::dmat4& m = light.lsFromView;
-  const bool isAffine = m[0][3] == 0.0 && m[1][3] == 0.0 && m[2][3] == 0.0 && m[3][3] == 1.0;  // a directional light
   Cell storage;
+  Seen seen[kMaxCellVertices];
+  const glm::dmat4& m = light.lsFromView;
   for (int i = 0; i < cellCount(region); ++i) {
     const Cell* cell = getCell(region, i, storage);
-    for (int s = 0; cell && s < splits.count; ++s) {
-      if (isAffine)
-        addSlab<true>(footprints[s], light.lsFromView, *cell, footprints[s].padded);
-      else
-        addSlab<false>(footprints[s], light.lsFromView, *cell, footprints[s].padded);
+    if (!cell) continue;
+    for (int v = 0; v < cell->vertexCount; ++v) {
+      const glm::dvec3& vs = cell->vertices[v];
+      const auto row = [&](int r) { return m[0][r] * vs.x + m[1][r] * vs.y + m[2][r] * vs.z + m[3][r]; };
+      seen[v] = {row(0), row(1), row(2), row(3), vs.z};
     }
+    for (int s = 0; s < splits.count; ++s) addSlab(footprints[s], *cell, seen, footprints[s].padded);
   }
   for (int s = 0; s < splits.count; ++s) {
     Footprint& footprint = footprints[s];
     footprint.count = makeHull(footprint.hull, footprint.count);
-    footprint.reach = std::sqrt(footprint.reach);
   }
 }
 

@@ -20,7 +20,8 @@ Status validate(const Frame& frame, double& value) noexcept {
   const Budget& budget = frame.budget;
   if (value = budget.partitions; budget.partitions < 1 || budget.partitions > kMaxPartitions) return Status::budgetPartitions;
   if (value = budget.resolution; budget.resolution < 1 || budget.resolution > kMaxTextureSide) return Status::budgetResolution;
-  if (value = budget.texels; !(budget.texels == 0.0 || (budget.texels >= budget.partitions && std::isfinite(budget.texels)))) return Status::budgetTexels;
+  if (value = budget.texels; !(budget.texels == 0.0 || (budget.texels >= budget.partitions && std::isfinite(budget.texels))))
+    return Status::budgetTexels;
   for (const int side : {budget.atlas.x, budget.atlas.y})
     if (value = side; side < 0 || side > kMaxTextureSide) return Status::budgetAtlas;
   if (value = budget.targetError; !(isAmount(value) && value > 0.0)) return Status::budgetTargetError;

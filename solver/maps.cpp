@@ -18,7 +18,8 @@ double nearestIn(const Region& region, const DepthSpan& slice) noexcept {
 
 }  // namespace
 
-Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, FitMode mode, Solution& solution) noexcept {
+Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, FitMode mode,
+                Solution& solution) noexcept {
   solution.limitTexels = limitTexels(frame);
   if (splits.count == 0) {
     clearBlock(solution.block);
@@ -41,6 +42,8 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   if (byViewDepth) warnings |= static_cast<std::uint32_t>(Warning::viewDepthSelection);
   const glm::dvec3 eyeMinusOrigin = region.eyeWs - solution.originWs;
   glm::dmat4 clipFromWorld[kMaxPartitions];
+  glm::dvec4 caps[kMaxCellPlanes];
+  const std::span<const glm::dvec4> capsWs(caps, static_cast<std::size_t>(makeCaps(region, light, caps)));
   Splits made;
   for (int i = 0; i < splits.count; ++i) {
     if (footprints[i].count == 0) continue;
@@ -52,14 +55,15 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
     map.far = splits.slices[i].far;
     map.viewport = atlas.viewports[i];
     map.layer = frame.shadowMap.layout == MapLayout::layers ? m : 0;
-    if (const Status status = growToViewport(frame, region, light, footprints[i], mode, map.viewport, fit, warnings); status != Status::ok) return status;
+    if (const Status status = growToViewport(frame, region, light, footprints[i], mode, map.viewport, fit, warnings); status != Status::ok)
+      return status;
     extendToCasters(frame.scene.casters, region, light, fit);
     clipFromWorld[m] = cropMatrix(frame, light, eyeMinusOrigin, fit);
     map.clipFromWorld = glm::mat4(clipFromWorld[m]);
     map.error = certify(texelSize(map.clipFromWorld, map.viewport, light.directionWs), pixels[i]);
     const double texel = std::max(fit.size.x / map.viewport.z, fit.size.y / map.viewport.w);
     const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset);
-    map.cullPlaneCount = makeCullPlanes(region, light, footprints[i].padded, footprints[i], grow, map.cullPlanes);
+    map.cullPlaneCount = makeCullPlanes(region, light, footprints[i], capsWs, grow, map.cullPlanes);
     solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
     solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;
   }

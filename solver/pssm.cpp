@@ -25,7 +25,8 @@ Status solvePssm(const Frame& frame, const PssmSettings& settings, Solution& sol
   clear(solution);
   double& value = solution.refusedValue;
   if (const Status status = validate(frame, value); status != Status::ok) return refuse(solution, status);
-  if (const Status status = validate(settings.split, frame.budget, value, solution.refusedIndex); status != Status::ok) return refuse(solution, status);
+  if (const Status status = validate(settings.split, frame.budget, value, solution.refusedIndex); status != Status::ok)
+    return refuse(solution, status);
   if (settings.fit == FitMode::stable && settings.split.automatic) return refuse(solution, Status::stableAutomatic);
   Region region;
   if (const Status status = makeRegion(frame, region, solution.refusedIndex, value); status != Status::ok) return refuse(solution, status);
@@ -39,8 +40,10 @@ Status solvePssm(const Frame& frame, const PssmSettings& settings, Solution& sol
   for (int count = splitting.automatic ? 1 : most;; ++count) {
     clear(solution);
     Splits splits;
-    if (const Status status = splitFor(settings.fit, region, splitting, count, splits, value); status != Status::ok) return refuse(solution, status);
-    if (const Status status = makeMaps(frame, region, light, splits, settings.fit, solution); status != Status::ok) return refuse(solution, status);
+    if (const Status status = splitFor(settings.fit, region, splitting, count, splits, value); status != Status::ok)
+      return refuse(solution, status);
+    if (const Status status = makeMaps(frame, region, light, splits, settings.fit, solution); status != Status::ok)
+      return refuse(solution, status);
     if (!splitting.automatic || solution.maxError <= frame.budget.targetError) return Status::ok;
     if (count < frame.budget.partitions && splitting.scheme != SplitScheme::explicitDepths) continue;
     solution.warnings |= static_cast<std::uint32_t>(Warning::targetMissed);

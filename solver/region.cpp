@@ -175,7 +175,8 @@ Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept {
   std::copy_n(fresh, added, cell.vertices + kept);
   for (int face = 0; face < cell.planeCount; ++face)
     if (faceCrossings[face] == 2)
-      cell.edges[edges++] = {static_cast<std::uint8_t>(onFace[face][0]), static_cast<std::uint8_t>(onFace[face][1]), static_cast<std::uint8_t>(face), newFace};
+      cell.edges[edges++] = {static_cast<std::uint8_t>(onFace[face][0]), static_cast<std::uint8_t>(onFace[face][1]),
+                             static_cast<std::uint8_t>(face), newFace};
   cell.planes[cell.planeCount++] = plane;
   cell.vertexCount = kept + added;
   cell.edgeCount = edges;

@@ -11,9 +11,9 @@ double plane(SplitScheme scheme, const SplitSettings& settings, bool isPerspecti
   if (i == 0) return n;
   if (i == m) return f;
   const double share = static_cast<double>(i) / m;
-  const double uniform = n + (f - n) * share;                                        // [Zhang 2006, eq. 5]
+  const double uniform = n + (f - n) * share;  // [Zhang 2006, eq. 5]
   if (scheme == SplitScheme::uniform || !isPerspective) return uniform;
-  const double logarithmic = n * std::pow(f / n, share);                             // [Zhang 2006, eq. 4]
+  const double logarithmic = n * std::pow(f / n, share);  // [Zhang 2006, eq. 4]
   if (scheme == SplitScheme::logarithmic) return logarithmic;
   return settings.lambda * logarithmic + (1.0 - settings.lambda) * uniform + settings.bias;  // [Zhang 2006, eq. 7 corrected]
 }
@@ -26,7 +26,8 @@ struct Stretch {
 
 // Covers the spans with slices of one length (logarithm of the ratio, or difference), skipping the gaps between slices.
 // Returns how many slices that takes, writing the stretches where asked; stops counting past `most`.
-int cover(const Region& region, const double* near, const double* far, double step, int most, Stretch* stretches, int* stretchCount) noexcept {
+int cover(const Region& region, const double* near, const double* far, double step, int most, Stretch* stretches,
+          int* stretchCount) noexcept {
   int slices = 0, made = 0;
   double reached = -kInfinity;  // measure covered so far
   for (int i = 0; i < region.spanCount && slices <= most; ++i) {
@@ -41,7 +42,8 @@ int cover(const Region& region, const double* near, const double* far, double st
     slices += needed;
     reached = from + needed * step;
     if (!stretches) continue;
-    if (isFresh) stretches[made++] = {region.spans[i], needed};
+    if (isFresh)
+      stretches[made++] = {region.spans[i], needed};
     else {
       stretches[made - 1].span.far = region.spans[i].far;
       stretches[made - 1].count += needed;
@@ -76,7 +78,9 @@ int findStretches(const Region& region, int count, Stretch* stretches) noexcept 
     return (region.camera.projection == Projection::perspective ? std::log(s.span.far / s.span.near) : s.span.far - s.span.near) / s.count;
   };
   for (; spare > 0; --spare)  // maps that the greatest slice has no use for go to the next greatest
-    ++std::max_element(stretches, stretches + stretchCount, [&](const Stretch& a, const Stretch& b) { return length(a) < length(b); })->count;
+    ++std::max_element(stretches, stretches + stretchCount, [&](const Stretch& a, const Stretch& b) {
+        return length(a) < length(b);
+      })->count;
   if (spare == 0) return stretchCount;
   stretches[0] = {{region.spans[0].near, region.spans[region.spanCount - 1].far}, count};  // spans within rounding of a point
   return 1;
@@ -105,14 +109,17 @@ bool needsViewDepth(const Region& region, const Splits& splits) noexcept {
   constexpr double kLeastSteps = 8.0;  // depth values that a slice must hold for its padding to stay small
   for (int i = 0; i < splits.count; ++i) {
     const DepthSpan& slice = splits.slices[i];
-    if (splits.count > 1 && slice.far > slice.near && depthQuantum(region.camera, slice.far) * kLeastSteps > slice.far - slice.near) return true;
+    if (splits.count > 1 && slice.far > slice.near && depthQuantum(region.camera, slice.far) * kLeastSteps > slice.far - slice.near)
+      return true;
   }
   return false;
 }
 
 DepthSpan padSlice(const Region& region, const Splits& splits, int i, const Margin& margin, bool byViewDepth) noexcept {
   const DepthSpan& slice = splits.slices[i];
-  const auto quantum = [&](double z) { return std::max(viewQuantum(region.camera, z), byViewDepth ? 0.0 : depthQuantum(region.camera, z)); };
+  const auto quantum = [&](double z) {
+    return std::max(viewQuantum(region.camera, z), byViewDepth ? 0.0 : depthQuantum(region.camera, z));
+  };
   double near = slice.near - quantum(slice.near);
   if (i > 0 && splits.slices[i - 1].far == slice.near) near -= margin.blend * (slice.near - splits.slices[i - 1].near);
   return {std::max(near, region.near), std::min(slice.far + quantum(slice.far), region.far)};
@@ -130,7 +137,8 @@ Status validate(const SplitSettings& settings, const Budget& budget, double& val
   for (std::size_t i = 0; i < settings.depths.size(); ++i) {
     index = static_cast<int>(i);
     value = settings.depths[i];
-    if (!std::isfinite(value) || (i > 0 && !(value > settings.depths[i - 1])) || index + 1 >= budget.partitions) return Status::splitExplicit;
+    if (!std::isfinite(value) || (i > 0 && !(value > settings.depths[i - 1])) || index + 1 >= budget.partitions)
+      return Status::splitExplicit;
   }
   index = -1;
   return Status::ok;
@@ -158,7 +166,8 @@ Status split(const Region& region, const SplitSettings& settings, int count, Spl
       const double to = plane(settings.scheme, settings, isPerspective, stretch.span.near, stretch.span.far, i, stretch.count);
       const bool isLast = i == stretch.count;
       // Only a bias can break the order; elsewhere planes that rounding puts together leave nothing between them.
-      if (!isLast && settings.scheme == SplitScheme::practical && settings.bias > 0.0 && isPerspective && !(to > from && to < stretch.span.far)) {
+      if (!isLast && settings.scheme == SplitScheme::practical && settings.bias > 0.0 && isPerspective &&
+          !(to > from && to < stretch.span.far)) {
         refused = settings.bias;
         return Status::splitBiasOrder;
       }

@@ -23,7 +23,8 @@ Text text(Status status) noexcept {
     case Status::cameraHeight: return {"camera.height", "must be a finite number > 0"};
     case Status::cameraTangents: return {"camera.tangents", "must be finite, with left + right > 0 and down + up > 0"};
     case Status::cameraViewMatrix: return {"camera.view", "must be a rigid transform (rotation, translation, perhaps a mirror)"};
-    case Status::cameraProjectionMatrix: return {"camera.projection_matrix", "must be a perspective or orthographic projection in the depth convention of camera.depth"};
+    case Status::cameraProjectionMatrix:
+      return {"camera.projection_matrix", "must be a perspective or orthographic projection in the depth convention of camera.depth"};
     case Status::lightDirection: return {"light.direction", "must be finite and not zero"};
     case Status::imageSize: return {"image", "width and height must be finite numbers > 0"};
     case Status::receiverBox: return {"scene.receivers", "must be finite with min <= max"};
@@ -33,7 +34,8 @@ Text text(Status status) noexcept {
     case Status::marginNormalOffset: return {"margin.normal_offset", "must be a finite number of texels >= 0"};
     case Status::marginBlend: return {"margin.blend", "must be a number in [0, 1)"};
     case Status::marginBorder: return {"margin.border", "must be a whole number of texels in [0, 1024]"};
-    case Status::marginTexels: return {"margin", "filter and normal_offset leave no texel of a map: lower them or raise the budget's texels"};
+    case Status::marginTexels:
+      return {"margin", "filter and normal_offset leave no texel of a map: lower them or raise the budget's texels"};
     case Status::fade: return {"fade", "must be a number in [0, 1]"};
     case Status::budgetPartitions: return {"budget.partitions", "must be a whole number in [1, 16]"};
     case Status::budgetResolution: return {"budget.resolution", "must be a whole number in [1, 16384]"};
@@ -43,13 +45,20 @@ Text text(Status status) noexcept {
     case Status::splitLambda: return {"method.lambda", "must be a number in [0, 1]"};
     case Status::splitBias: return {"method.bias", "must be a finite number >= 0"};
     case Status::splitBiasOrder: return {"method.bias", "moves a split past the next one or past the far end: lower it"};
-    case Status::splitExplicit: return {"method.splits", "must be finite and strictly increasing, with at most budget.partitions - 1 numbers"};
+    case Status::splitExplicit:
+      return {"method.splits", "must be finite and strictly increasing, with at most budget.partitions - 1 numbers"};
     case Status::splitCount: return {"method.count", "must be a whole number in [1, budget.partitions]"};
-    case Status::stableAutomatic: return {"method.fit", "stable cannot hold with method.count automatic (the number of maps would change with the view): give a number"};
-    case Status::stableWorldSpace: return {"method.fit", "stable cannot hold with world-space matrices this far from the origin (float32 rounds off the snapping): use camera-relative ones"};
+    case Status::stableAutomatic:
+      return {"method.fit",
+              "stable cannot hold with method.count automatic (the number of maps would change with the view): give a number"};
+    case Status::stableWorldSpace:
+      return {"method.fit",
+              "stable cannot hold with world-space matrices this far from the origin (float32 rounds off the snapping): use "
+              "camera-relative ones"};
     case Status::biasSlope: return {"bias.slope", "must be a finite number >= 0"};
     case Status::biasConstant: return {"bias.constant", "must be a finite number of texels >= 0"};
-    case Status::worldSpacePrecision: return {"camera.position", "is too far from the origin for world-space float32 matrices: use camera-relative ones"};
+    case Status::worldSpacePrecision:
+      return {"camera.position", "is too far from the origin for world-space float32 matrices: use camera-relative ones"};
     case Status::floatRange: return {"camera", "lengths must stay within what a float32 matrix can hold"};
   }
   return {"", "unknown status"};
@@ -63,11 +72,14 @@ const char* statusRule(Status status) noexcept { return text(status).rule; }
 
 const char* warningText(Warning warning) noexcept {
   switch (warning) {
-    case Warning::worldSpacePrecision: return "world-space float32 matrices lose more than a tenth of a texel this far from the origin: use camera-relative ones";
-    case Warning::viewDepthSelection: return "the camera's depth buffer cannot tell neighbouring splits apart: partitions are selected by view depth";
+    case Warning::worldSpacePrecision:
+      return "world-space float32 matrices lose more than a tenth of a texel this far from the origin: use camera-relative ones";
+    case Warning::viewDepthSelection:
+      return "the camera's depth buffer cannot tell neighbouring splits apart: partitions are selected by view depth";
     case Warning::targetMissed: return "budget.target_error needs more maps or texels than the budget allows";
     case Warning::atlasReduced: return "the maps were scaled down alike to fit the atlas";
-    case Warning::regionSimplified: return "more half-spaces cut the view than can be held: some were ignored, maps cover more than they need";
+    case Warning::regionSimplified:
+      return "more half-spaces cut the view than can be held: some were ignored, maps cover more than they need";
   }
   return "";
 }

@@ -30,7 +30,8 @@ void checkAtlas(const Frame& frame, const Solution& solution) {
     texels += static_cast<double>(a.z) * a.w;
     for (int j = 0; j < i; ++j) {
       const glm::ivec4 b = solution.partitions[j].viewport;
-      const bool isApart = a.x >= b.x + b.z + 2 * border || b.x >= a.x + a.z + 2 * border || a.y >= b.y + b.w + 2 * border || b.y >= a.y + a.w + 2 * border;
+      const bool isApart =
+          a.x >= b.x + b.z + 2 * border || b.x >= a.x + a.z + 2 * border || a.y >= b.y + b.w + 2 * border || b.y >= a.y + a.w + 2 * border;
       EXPECT_TRUE(isApart || solution.partitions[i].layer != solution.partitions[j].layer) << i << " " << j;
     }
   }
@@ -63,7 +64,8 @@ TEST(Atlas, MapsAreDisjointInsideAndInBudget) {
 TEST(Atlas, FourSquaresMakeASquare) {
   const auto solution = solve(usualFrame(), {.split = {}, .fit = FitMode::slice});
   EXPECT_EQ(solution->atlas, glm::ivec2(4096, 4096));
-  for (int i = 0; i < 4; ++i) EXPECT_EQ(glm::ivec2(solution->partitions[i].viewport.z, solution->partitions[i].viewport.w), glm::ivec2(2048, 2048));
+  for (int i = 0; i < 4; ++i)
+    EXPECT_EQ(glm::ivec2(solution->partitions[i].viewport.z, solution->partitions[i].viewport.w), glm::ivec2(2048, 2048));
 }
 
 TEST(Atlas, LayersAreSquaresOfTheResolution) {

@@ -60,7 +60,8 @@ std::string plain(std::string name) {
 }
 
 TEST(Block, GlslangAgreesWithCpp) {
-  const GlslResult result = compileGlsl(GlslStage::fragment, std::string("#version 330 core\n#extension GL_GOOGLE_include_directive : enable\n") + kReader);
+  const GlslResult result =
+      compileGlsl(GlslStage::fragment, std::string("#version 330 core\n#extension GL_GOOGLE_include_directive : enable\n") + kReader);
   ASSERT_TRUE(result.isFine) << result.log;
   const auto offsets = expected();
   std::set<std::string> found;
@@ -80,7 +81,8 @@ TEST(Block, TheDriverAgreesWithCpp) {
   const auto context = createContext(defaultBackend(), 4, 5);
   gl::load(*context);
   for (const char* version : {"330 core", "450"}) {
-    const GLuint program = buildProgram(version, {{GL_VERTEX_SHADER, "void main() { gl_Position = vec4(0.0); }\n"}, {GL_FRAGMENT_SHADER, kReader}});
+    const GLuint program =
+        buildProgram(version, {{GL_VERTEX_SHADER, "void main() { gl_Position = vec4(0.0); }\n"}, {GL_FRAGMENT_SHADER, kReader}});
     for (const auto& [name, offset] : expected()) {
       const char* text = name.c_str();
       GLuint index = GL_INVALID_INDEX;

@@ -9,7 +9,8 @@ constexpr ImageSize kImage{1920.0, 1080.0};
 
 TEST(Camera, RefusesBadMatrices) {
   Camera camera;
-  const glm::dmat4 view = glm::lookAt(glm::dvec3(1, 2, 3), glm::dvec3(4, 1, 0), glm::dvec3(0, 1, 0)), projection = glm::perspectiveRH_NO(1.0, 1.5, 0.1, 100.0);
+  const glm::dmat4 view = glm::lookAt(glm::dvec3(1, 2, 3), glm::dvec3(4, 1, 0), glm::dvec3(0, 1, 0)),
+                   projection = glm::perspectiveRH_NO(1.0, 1.5, 0.1, 100.0);
   const auto from = [&](const glm::dmat4& v, const glm::dmat4& p, DepthConvention depth = DepthConvention::negativeOneToOne) {
     return cameraFromMatrices(v, p, depth, kImage, {0, 0}, camera);
   };
@@ -87,18 +88,21 @@ TEST_P(CameraMatrices, GiveBackWhatGlmWasGiven) {
   EXPECT_NEAR(clip.y / clip.w, 1.0, 1e-9);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, CameraMatrices,
-                         ::testing::Values(FromMatrices{DepthConvention::negativeOneToOne, false, false}, FromMatrices{DepthConvention::zeroToOne, false, false},
-                                           FromMatrices{DepthConvention::reversedZeroToOne, false, false}, FromMatrices{DepthConvention::negativeOneToOne, true, false},
-                                           FromMatrices{DepthConvention::zeroToOne, true, false}, FromMatrices{DepthConvention::reversedZeroToOne, true, false},
-                                           FromMatrices{DepthConvention::negativeOneToOne, false, true}, FromMatrices{DepthConvention::zeroToOne, false, true},
-                                           FromMatrices{DepthConvention::reversedZeroToOne, false, true}, FromMatrices{DepthConvention::zeroToOne, true, true},
-                                           FromMatrices{DepthConvention::reversedZeroToOne, true, true}));
+INSTANTIATE_TEST_SUITE_P(
+    All, CameraMatrices,
+    ::testing::Values(FromMatrices{DepthConvention::negativeOneToOne, false, false}, FromMatrices{DepthConvention::zeroToOne, false, false},
+                      FromMatrices{DepthConvention::reversedZeroToOne, false, false},
+                      FromMatrices{DepthConvention::negativeOneToOne, true, false}, FromMatrices{DepthConvention::zeroToOne, true, false},
+                      FromMatrices{DepthConvention::reversedZeroToOne, true, false},
+                      FromMatrices{DepthConvention::negativeOneToOne, false, true}, FromMatrices{DepthConvention::zeroToOne, false, true},
+                      FromMatrices{DepthConvention::reversedZeroToOne, false, true}, FromMatrices{DepthConvention::zeroToOne, true, true},
+                      FromMatrices{DepthConvention::reversedZeroToOne, true, true}));
 
 TEST(Camera, KnowsAnInfiniteProjection) {
   const glm::dmat4 view = glm::lookAt(glm::dvec3(0, 0, 0), glm::dvec3(0, 0, -1), glm::dvec3(0, 1, 0));
   Camera camera;
-  ASSERT_EQ(cameraFromMatrices(view, glm::infinitePerspective(1.0, 1.5, 0.1), DepthConvention::negativeOneToOne, kImage, {0, 0}, camera), Status::ok);
+  ASSERT_EQ(cameraFromMatrices(view, glm::infinitePerspective(1.0, 1.5, 0.1), DepthConvention::negativeOneToOne, kImage, {0, 0}, camera),
+            Status::ok);
   EXPECT_EQ(camera.far, kInfinity);
   EXPECT_NEAR(camera.near, 0.1, 1e-12);
   // Reversed: clip z = near, w = -z.
@@ -180,7 +184,8 @@ TEST(Camera, QuantumIsEnoughToTellDepthsApart) {
     camera.depth = static_cast<DepthConvention>(random.index(3));
     camera.projection = random.index(4) == 0 ? Projection::orthographic : Projection::perspective;
     const double z = random.logUniform(camera.near, camera.far), other = z + depthQuantum(camera, z);
-    EXPECT_NE(static_cast<float>(windowDepth(camera, z)), static_cast<float>(windowDepth(camera, other))) << camera.near << " " << camera.far << " " << z;
+    EXPECT_NE(static_cast<float>(windowDepth(camera, z)), static_cast<float>(windowDepth(camera, other)))
+        << camera.near << " " << camera.far << " " << z;
   }
 }
 

@@ -20,7 +20,8 @@ const fs::path kData = GNOMON_EXTRA_DATA;
 class Cases : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (kData.empty() || !fs::exists(kData / "cases") || !fs::exists(kData / "tools/judge.py")) GTEST_SKIP() << "GNOMON_EXTRA_DATA has no cases and judge";
+    if (kData.empty() || !fs::exists(kData / "cases") || !fs::exists(kData / "tools/judge.py"))
+      GTEST_SKIP() << "GNOMON_EXTRA_DATA has no cases and judge";
     if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) GTEST_SKIP() << "python3-numpy is missing";
     for (const auto& entry : fs::directory_iterator(kData / "cases"))
       if (entry.path().extension() == ".json") cases_.push_back(entry.path());
@@ -32,9 +33,11 @@ class Cases : public ::testing::Test {
   };
 
   [[nodiscard]] Answer solve(const fs::path& path, const std::string& settings) const {
-    const std::string stem = ::testing::TempDir() + "gnomon_" + std::to_string(getpid()) + "_" + path.stem().string();  // tests run side by side
-    const std::string command = std::string(GNOMON_TOOL) + " solve " + path.string() + " --method pssm --set split=logarithmic " + settings + " > " + stem + ".json && /usr/bin/python3 " +
-                                (kData / "tools/judge.py").string() + " " + path.string() + " " + stem + ".json > " + stem + ".verdict";
+    const std::string stem =
+        ::testing::TempDir() + "gnomon_" + std::to_string(getpid()) + "_" + path.stem().string();  // tests run side by side
+    const std::string command = std::string(GNOMON_TOOL) + " solve " + path.string() + " --method pssm --set split=logarithmic " +
+                                settings + " > " + stem + ".json && /usr/bin/python3 " + (kData / "tools/judge.py").string() + " " +
+                                path.string() + " " + stem + ".json > " + stem + ".verdict";
     EXPECT_EQ(std::system(command.c_str()), 0) << command;
     return {Json::parse(std::ifstream(path)), Json::parse(std::ifstream(stem + ".json")), Json::parse(std::ifstream(stem + ".verdict"))};
   }
@@ -53,7 +56,8 @@ class Cases : public ::testing::Test {
       for (std::size_t i = 0; i < per.size(); ++i) {
         if (per[i]["points"] == 0) continue;
         for (const char* which : {"s", "t", "extent"}) {
-          const double ratio = answer.result["partitions"][i]["error"][which].get<double>() / per[i]["max_" + std::string(which)].get<double>();
+          const double ratio =
+              answer.result["partitions"][i]["error"][which].get<double>() / per[i]["max_" + std::string(which)].get<double>();
           EXPECT_GE(ratio, 1.0) << path << " " << i << which;
           EXPECT_LE(ratio, 1.0 + (hasScene ? aboveWithScene : above)) << path << " " << i << which;
         }

@@ -20,7 +20,8 @@ TEST(Cast, PlanesHoldEveryCasterOfEveryReceiver) {
     frame.light.directionWs = random.index(5) == 0 ? frame.camera.forwardWs : random.direction();
     std::vector<Box> boxes;
     for (int b = random.index(4); b > 0; --b) {
-      const glm::dvec3 centre = frame.camera.positionWs + viewPoint(frame.camera, random.uniform(), random.uniform(), random.uniform(1, 90)),
+      const glm::dvec3 centre =
+                           frame.camera.positionWs + viewPoint(frame.camera, random.uniform(), random.uniform(), random.uniform(1, 90)),
                        half = glm::abs(random.direction()) * random.uniform(0.5, 20.0);
       boxes.push_back({centre - half, centre + half});
     }
@@ -54,10 +55,10 @@ TEST(Cast, VolumeIsTight) {
   const double texel = 20.0 / 8192.0 * 2.0;  // room for the texel that the planes are moved out by
   EXPECT_TRUE(holds(map, {0, 500, -5}, 0.0));
   EXPECT_TRUE(holds(map, {4.9, 500, -5}, 0.0));
-  EXPECT_FALSE(holds(map, {5.0 + 2.0 * texel, 500, -5}, 0.0));   // beside the slanted side
+  EXPECT_FALSE(holds(map, {5.0 + 2.0 * texel, 500, -5}, 0.0));  // beside the slanted side
   EXPECT_FALSE(holds(map, {0, 500, -10.0 - 2.0 * texel}, 0.0));  // beyond far
-  EXPECT_FALSE(holds(map, {0, 500, -1.0 + 2.0 * texel}, 0.0));   // before near
-  EXPECT_FALSE(holds(map, {0, -5.0 - 2.0 * texel, -5}, 0.0));    // below the bottom side plane
+  EXPECT_FALSE(holds(map, {0, 500, -1.0 + 2.0 * texel}, 0.0));  // before near
+  EXPECT_FALSE(holds(map, {0, -5.0 - 2.0 * texel, -5}, 0.0));  // below the bottom side plane
   EXPECT_TRUE(holds(map, {0, -4.9, -5}, 0.0));
 }
 

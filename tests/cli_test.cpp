@@ -117,7 +117,9 @@ Json edited(const Edits& edits) {
 Json list(std::initializer_list<double> numbers) { return Json(std::vector<double>(numbers)); }
 
 // A box {"min":..,"max":..}.
-Json box(std::initializer_list<double> least, std::initializer_list<double> greatest) { return Json{{"min", list(least)}, {"max", list(greatest)}}; }
+Json box(std::initializer_list<double> least, std::initializer_list<double> greatest) {
+  return Json{{"min", list(least)}, {"max", list(greatest)}};
+}
 
 // A list of one: braces around a Json would copy it instead.
 Json only(Json element) {
@@ -161,17 +163,37 @@ std::vector<StatusRow> statusRows() {
       {Status::cameraFovY, {{"/camera/fov_y", kAway}}, {}, "camera.fov_y", "nothing"},
       {Status::cameraAspect, {{"/camera/aspect", -1}}, {}, "camera.aspect", "-1"},
       {Status::cameraAspect, {{"/camera/aspect", kAway}}, {}, "camera.aspect", "nothing"},
-      {Status::cameraHeight, {{"/camera/projection", "orthographic"}, {"/camera/fov_y", kAway}, {"/camera/height", 0}}, {}, "camera.height", "0"},
-      {Status::cameraTangents, {{"/camera/fov_y", kAway}, {"/camera/aspect", kAway}, {"/camera/tangents", list({1, -1, 1, 1})}}, {}, "camera.tangents",
+      {Status::cameraHeight,
+       {{"/camera/projection", "orthographic"}, {"/camera/fov_y", kAway}, {"/camera/height", 0}},
+       {},
+       "camera.height",
+       "0"},
+      {Status::cameraTangents,
+       {{"/camera/fov_y", kAway}, {"/camera/aspect", kAway}, {"/camera/tangents", list({1, -1, 1, 1})}},
+       {},
+       "camera.tangents",
        "[1,-1,1,1]"},
-      {Status::cameraViewMatrix, {{"/camera", matrixCamera(list({2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1}), kProjection)}}, {}, "camera.view",
+      {Status::cameraViewMatrix,
+       {{"/camera", matrixCamera(list({2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1}), kProjection)}},
+       {},
+       "camera.view",
        "[2,0,0,0,0,2,0,0,0,0,2,0,0,0,0,1]"},
-      {Status::cameraProjectionMatrix, {{"/camera", matrixCamera(kIdentity, list({0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}))}}, {},
-       "camera.projection_matrix", "[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0]"},
+      {Status::cameraProjectionMatrix,
+       {{"/camera", matrixCamera(kIdentity, list({0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}))}},
+       {},
+       "camera.projection_matrix",
+       "[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0]"},
       {Status::lightDirection, {{"/light/direction", list({0, 0, 0})}}, {}, "light.direction", "[0,0,0]"},
-      {Status::receiverBox, {{"/scene/receivers", {box({0, 0, 0}, {1, 1, 1}), box({0, 2, 0}, {1, 1, 1})}}}, {}, "scene.receivers[1]",
+      {Status::receiverBox,
+       {{"/scene/receivers", {box({0, 0, 0}, {1, 1, 1}), box({0, 2, 0}, {1, 1, 1})}}},
+       {},
+       "scene.receivers[1]",
        R"({"min":[0,2,0],"max":[1,1,1]})"},
-      {Status::casterBox, {{"/scene/casters", only(box({5, 0, 0}, {1, 1, 1}))}}, {}, "scene.casters[0]", R"({"min":[5,0,0],"max":[1,1,1]})"},
+      {Status::casterBox,
+       {{"/scene/casters", only(box({5, 0, 0}, {1, 1, 1}))}},
+       {},
+       "scene.casters[0]",
+       R"({"min":[5,0,0],"max":[1,1,1]})"},
       {Status::halfSpace, {{"/scene/planes", {list({0, 1, 0, 0}), list({0, 0, 0, 1})}}}, {}, "scene.planes[1]", "[0,0,0,1]"},
       {Status::marginFilter, {{"/margin/filter", -1}}, {}, "margin.filter", "-1"},
       {Status::marginNormalOffset, {{"/margin/normal_offset", -0.25}}, {}, "margin.normal_offset", "-0.25"},
@@ -196,11 +218,22 @@ std::vector<StatusRow> statusRows() {
       {Status::splitLambda, {{"/method", {{"name", "pssm"}, {"split", "practical"}, {"lambda", 1.5}}}}, {}, "method.lambda", "1.5"},
       {Status::splitBias, {{"/method", {{"name", "pssm"}, {"split", "practical"}, {"bias", -1}}}}, {}, "method.bias", "-1"},
       {Status::splitBiasOrder, {{"/method", {{"name", "pssm"}, {"split", "practical"}, {"bias", 5000}}}}, {}, "method.bias", "5000"},
-      {Status::splitExplicit, {{"/method", {{"name", "pssm"}, {"split", "explicit"}, {"splits", list({5, 5})}}}}, {}, "method.splits[1]", "5"},
-      {Status::splitExplicit, {{"/method", {{"name", "pssm"}, {"split", "explicit"}, {"splits", list({1, 2, 3, 4})}}}}, {}, "method.splits[3]", "4"},
+      {Status::splitExplicit,
+       {{"/method", {{"name", "pssm"}, {"split", "explicit"}, {"splits", list({5, 5})}}}},
+       {},
+       "method.splits[1]",
+       "5"},
+      {Status::splitExplicit,
+       {{"/method", {{"name", "pssm"}, {"split", "explicit"}, {"splits", list({1, 2, 3, 4})}}}},
+       {},
+       "method.splits[3]",
+       "4"},
       {Status::splitCount, {{"/method", {{"name", "pssm"}, {"count", 5}}}}, {}, "method.count", "5"},
       {Status::stableAutomatic, {{"/method", {{"name", "pssm"}, {"fit", "stable"}, {"count", "automatic"}}}}, {}, "method.fit", "stable"},
-      {Status::stableWorldSpace, {{"/method", {{"name", "pssm"}, {"fit", "stable"}}}, {"/camera/position", list({1e9, 0, 0})}}, {"--world"}, "method.fit",
+      {Status::stableWorldSpace,
+       {{"/method", {{"name", "pssm"}, {"fit", "stable"}}}, {"/camera/position", list({1e9, 0, 0})}},
+       {"--world"},
+       "method.fit",
        "stable"},
       {Status::biasSlope, {{"/bias/slope", -1}}, {}, "bias.slope", "-1"},
       {Status::biasConstant, {{"/bias/constant", -2}}, {}, "bias.constant", "-2"},
@@ -222,7 +255,8 @@ TEST_F(Cli, RefusesWhatTheLibraryRefuses) {
     reached.insert(row.status);
   }
   for (int i = 1; i <= static_cast<int>(Status::floatRange); ++i)
-    EXPECT_TRUE(reached.contains(static_cast<Status>(i))) << statusField(static_cast<Status>(i)) << " " << statusRule(static_cast<Status>(i));
+    EXPECT_TRUE(reached.contains(static_cast<Status>(i)))
+        << statusField(static_cast<Status>(i)) << " " << statusRule(static_cast<Status>(i));
 }
 
 struct FormRow {
@@ -265,7 +299,8 @@ TEST_F(Cli, RefusesWhatHasTheWrongForm) {
       {{{"/image/height", "720p"}}, "image.height: must be a finite number > 0, got \"720p\""},
       {{{"/scene", list({})}}, "scene: must be an object, got []"},
       {{{"/scene/receivers", 1}}, "scene.receivers: must be a list of boxes {\"min\":[x,y,z],\"max\":[x,y,z]}, got 1"},
-      {{{"/scene/receivers", {box({0, 0, 0}, {1, 1, 1}), {{"min", list({0, 0, 0})}}}}}, "scene.receivers[1].max: must be a list of 3 numbers, got nothing"},
+      {{{"/scene/receivers", {box({0, 0, 0}, {1, 1, 1}), {{"min", list({0, 0, 0})}}}}},
+       "scene.receivers[1].max: must be a list of 3 numbers, got nothing"},
       {{{"/scene/casters", only(list({1}))}}, "scene.casters[0]: must be an object, got [1]"},
       {{{"/scene/planes", only(list({1, 2, 3}))}}, "scene.planes[0]: must be a list of 4 numbers: a, b, c, d, got [1,2,3]"},
       {{{"/scene/planes", true}}, "scene.planes: must be a list of half-spaces [a,b,c,d], got true"},
@@ -283,16 +318,20 @@ TEST_F(Cli, RefusesWhatHasTheWrongForm) {
       {{{"/method/name", "auto"}}, "method.name: must be pssm, got auto" + later},
       {{{"/method/name", "csm"}}, "method.name: must be pssm, got csm"},
       {{{"/method/name", 1}}, "method.name: must be pssm, got 1"},
-      {{{"/method", {{"name", "pssm"}, {"split", "log"}}}}, "method.split: must be one of uniform, logarithmic, practical, explicit, got log"},
+      {{{"/method", {{"name", "pssm"}, {"split", "log"}}}},
+       "method.split: must be one of uniform, logarithmic, practical, explicit, got log"},
       {{{"/method", {{"name", "pssm"}, {"fit", "loose"}}}}, "method.fit: must be one of tight, slice, stable, got loose"},
       {{{"/method", {{"name", "pssm"}, {"splits", list({1})}}}}, "method.splits: can be given only where method.split is explicit"},
       {{{"/method", {{"name", "pssm"}, {"split", "explicit"}}}},
        "method.splits: must be a list of view depths where method.split is explicit, got nothing"},
       {{{"/method", {{"name", "pssm"}, {"split", "explicit"}, {"splits", 3}}}}, "method.splits: must be a list of view depths, got 3"},
       {{{"/method", {{"name", "pssm"}, {"split", "explicit"}, {"splits", {1, "2"}}}}}, "method.splits[1]: must be a number, got \"2\""},
-      {{{"/method", {{"name", "pssm"}, {"count", 0}}}}, "method.count: must be a whole number in [1, budget.partitions], or automatic, got 0"},
-      {{{"/method", {{"name", "pssm"}, {"count", 1.5}}}}, "method.count: must be a whole number in [1, budget.partitions], or automatic, got 1.5"},
-      {{{"/method", {{"name", "pssm"}, {"count", "auto"}}}}, "method.count: must be a whole number in [1, budget.partitions], or automatic, got \"auto\""},
+      {{{"/method", {{"name", "pssm"}, {"count", 0}}}},
+       "method.count: must be a whole number in [1, budget.partitions], or automatic, got 0"},
+      {{{"/method", {{"name", "pssm"}, {"count", 1.5}}}},
+       "method.count: must be a whole number in [1, budget.partitions], or automatic, got 1.5"},
+      {{{"/method", {{"name", "pssm"}, {"count", "auto"}}}},
+       "method.count: must be a whole number in [1, budget.partitions], or automatic, got \"auto\""},
   };
   for (const FormRow& row : rows) EXPECT_EQ(refusal(solveText(edited(row.edits).dump()), row.line), "gnomon: " + row.line);
 }
@@ -336,7 +375,8 @@ TEST_F(Cli, RefusesTextThatIsNoCase) {
       {"{\"camera\":{\"near\":1e999}}", "camera.near: must be a finite number, got 1e999"},
       {"{\"camera\":{\"near\":-1e999}}", "camera.near: must be a finite number, got -1e999"},
       {"{\"camera\":{\"position\":[0,1e400,0]}}", "camera.position[1]: must be a finite number, got 1e400"},
-      {"{\"scene\":{\"receivers\":[{\"min\":[0,0,0]},{\"min\":[0,0,1e999]}]}}", "scene.receivers[1].min[2]: must be a finite number, got 1e999"},
+      {"{\"scene\":{\"receivers\":[{\"min\":[0,0,0]},{\"min\":[0,0,1e999]}]}}",
+       "scene.receivers[1].min[2]: must be a finite number, got 1e999"},
       {"{\"camera\":{\"near\":1,\"near\":2}}", "camera.near: is given twice"},
       {"{\"light\":{},\"light\":{}}", "light: is given twice"},
       {std::string(100000, '['), "case[0][0]"},
@@ -373,7 +413,8 @@ TEST_F(Cli, RefusesWrongUsageInOneLine) {
   refusal(run({"render", path, "--scene", "hall"}));
   EXPECT_EQ(refusal(run({"solve", path, "--set", "near"})), "gnomon: --set: must be KEY=VALUE, got near");
   EXPECT_EQ(refusal(run({"solve", path, "--set", "=1"})), "gnomon: --set: must be KEY=VALUE, got =1");
-  EXPECT_EQ(refusal(run({"solve", path, "--set", "camera..near=1"})), "gnomon: --set: must name a field by a dotted path, got camera..near");
+  EXPECT_EQ(refusal(run({"solve", path, "--set", "camera..near=1"})),
+            "gnomon: --set: must name a field by a dotted path, got camera..near");
   EXPECT_EQ(refusal(run({"render", path, "--scene", "moon", "--out", folder()})),
             "gnomon: --scene: must be a .glb file or one of colonnade, relief, city, hall, got moon");
   EXPECT_EQ(refusal(run({"render", path, "--scene", "hall", "--out", folder(), "--filter", "5x5"})),
@@ -383,8 +424,8 @@ TEST_F(Cli, RefusesWrongUsageInOneLine) {
 }
 
 TEST_F(Cli, HelpIsNoError) {
-  for (const std::vector<std::string>& words :
-       std::vector<std::vector<std::string>>{{"--help"}, {"solve", "--help"}, {"methods", "--help"}, {"render", "--help"}, {"run", "--help"}}) {
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"--help"}, {"solve", "--help"}, {"methods", "--help"}, {"render", "--help"}, {"run", "--help"}}) {
     const Output output = run(words);
     EXPECT_EQ(output.code, 0) << words.front();
     EXPECT_NE(output.out.find("Usage: "), std::string::npos) << output.out;
@@ -415,7 +456,8 @@ std::vector<std::uint8_t> decoded(const std::string& text) {  // RFC 4648, secti
 
 TEST_F(Cli, AnswersInTheFormOfTheContract) {
   const Json result = answer(usual());
-  EXPECT_EQ(keys(result), (std::vector<std::string>{"status", "method", "atlas", "depth_clamp", "origin", "partitions", "error", "warnings", "block", "solve_ns"}));
+  EXPECT_EQ(keys(result), (std::vector<std::string>{"status", "method", "atlas", "depth_clamp", "origin", "partitions", "error", "warnings",
+                                                    "block", "solve_ns"}));
   EXPECT_EQ(result["status"], "ok");
   EXPECT_EQ(result["method"], "pssm");
   EXPECT_EQ(result["depth_clamp"], true);  // no casters given
@@ -509,7 +551,8 @@ TEST_F(Cli, SetEqualsAnEditedCase) {
       {{"--set", "split=practical", "--set", "lambda=0.25", "--set", "bias=0.5"},
        {{"/method", {{"name", "pssm"}, {"split", "practical"}, {"lambda", 0.25}, {"bias", 0.5}}}}},
       {{"--set", "bias.slope=2"}, {{"/bias/slope", 2}}},
-      {{"--set", "split=explicit", "--set", "splits=[2,20]"}, {{"/method", {{"name", "pssm"}, {"split", "explicit"}, {"splits", list({2, 20})}}}}},
+      {{"--set", "split=explicit", "--set", "splits=[2,20]"},
+       {{"/method", {{"name", "pssm"}, {"split", "explicit"}, {"splits", list({2, 20})}}}}},
       {{"--set", "count=automatic", "--set", "budget.target_error=3"},
        {{"/method", {{"name", "pssm"}, {"count", "automatic"}}}, {"/budget/target_error", 3}}},
       {{"--set", "fit=stable"}, {{"/method", {{"name", "pssm"}, {"fit", "stable"}}}}},
@@ -517,7 +560,8 @@ TEST_F(Cli, SetEqualsAnEditedCase) {
       {{"--set", "scene.receivers.0={\"min\":[-5,-5,10],\"max\":[5,0,20]}"}, {{"/scene/receivers", only(box({-5, -5, 10}, {5, 0, 20}))}}},
       {{"--set", "scene.receivers.0.min=[-5,-5,10]", "--set", "scene.receivers.0.max=[5,0,20]", "--set", "scene.receivers.0.max.1=1"},
        {{"/scene/receivers", only(box({-5, -5, 10}, {5, 1, 20}))}}},
-      {{"--set", "camera.far=infinite", "--set", "camera.shadow_distance=50"}, {{"/camera/far", "infinite"}, {"/camera/shadow_distance", 50}}},
+      {{"--set", "camera.far=infinite", "--set", "camera.shadow_distance=50"},
+       {{"/camera/far", "infinite"}, {"/camera/shadow_distance", 50}}},
       {{"--method", "pssm", "--set", "count=2"}, {{"/method", {{"name", "pssm"}, {"count", 2}}}}},
   };
   const Json plain = untimed(answer(usual()));
@@ -539,7 +583,8 @@ TEST_F(Cli, SetIsRefusedLikeTheCase) {
       {"camera.position.x=1", "camera.position: has 3 elements, counted from 0, got x"},
       {"camera.near.deep=1", "camera.near: must be an object or a list for --set camera.near.deep, got 0.1"},
   };
-  for (const auto& [assignment, line] : rows) EXPECT_EQ(refusal(solveText(usual().dump(), {"--set", assignment}), assignment), "gnomon: " + line);
+  for (const auto& [assignment, line] : rows)
+    EXPECT_EQ(refusal(solveText(usual().dump(), {"--set", assignment}), assignment), "gnomon: " + line);
   EXPECT_EQ(refusal(solveText(usual().dump(), {"--set", "camera.nera=1"})).rfind("gnomon: camera.nera: is not a known key; ", 0), 0u);
 }
 
@@ -606,9 +651,11 @@ void expectSameMaps(const Json& a, const Json& b, double tolerance) {
   ASSERT_EQ(a["partitions"].size(), b["partitions"].size());
   for (std::size_t i = 0; i < a["partitions"].size(); ++i) {
     const Json &left = a["partitions"][i], &right = b["partitions"][i];
-    for (const char* key : {"near", "far"}) EXPECT_NEAR(left[key].get<double>(), right[key].get<double>(), tolerance * right[key].get<double>()) << key;
+    for (const char* key : {"near", "far"})
+      EXPECT_NEAR(left[key].get<double>(), right[key].get<double>(), tolerance * right[key].get<double>()) << key;
     for (const char* key : {"s", "t"})
-      EXPECT_NEAR(left["error"][key].get<double>(), right["error"][key].get<double>(), tolerance * right["error"][key].get<double>()) << key;
+      EXPECT_NEAR(left["error"][key].get<double>(), right["error"][key].get<double>(), tolerance * right["error"][key].get<double>())
+          << key;
     EXPECT_EQ(left["viewport"], right["viewport"]);
   }
 }
@@ -638,7 +685,8 @@ TEST_F(Cli, CameraFormsAgree) {
 }
 
 TEST_F(Cli, OrthographicTakesAnyNear) {
-  const Json input = edited({{"/camera/projection", "orthographic"}, {"/camera/fov_y", kAway}, {"/camera/height", 20}, {"/camera/near", -10}});
+  const Json input =
+      edited({{"/camera/projection", "orthographic"}, {"/camera/fov_y", kAway}, {"/camera/height", 20}, {"/camera/near", -10}});
   const Json result = answer(input);
   ASSERT_EQ(result["partitions"].size(), 4u);
   EXPECT_EQ(result["partitions"][0]["near"], -10);
@@ -685,7 +733,8 @@ TEST_F(Cli, RenderLeavesTheContractsFiles) {
   const Output output = run({"render", path, "--scene", "colonnade", "--out", out, "--set", "budget.resolution=256"});
   ASSERT_EQ(output.code, 0) << output.err;
   EXPECT_EQ(output.out.rfind("wrong ", 0), 0u) << output.out;
-  for (const char* name : {"shaded.png", "tinted.png", "difference.png", "maps.png"}) EXPECT_EQ(slurp(out / name).substr(1, 3), "PNG") << name;
+  for (const char* name : {"shaded.png", "tinted.png", "difference.png", "maps.png"})
+    EXPECT_EQ(slurp(out / name).substr(1, 3), "PNG") << name;
   for (const char* name : {"position.npy", "normal.npy"}) {
     EXPECT_NE(npyHeader(out / name).find("(36, 64, 3)"), std::string::npos) << name;
     EXPECT_NE(npyHeader(out / name).find("<f4"), std::string::npos) << name;
@@ -710,8 +759,8 @@ TEST_F(Cli, UnwritableOutputIsTheMachinesFault) {
 
 // RFC 4648, section 10.
 TEST(CliText, Base64) {
-  const std::vector<std::pair<std::string, std::string>> rows = {{"", ""},         {"f", "Zg=="},         {"fo", "Zm8="},        {"foo", "Zm9v"},
-                                                                 {"foob", "Zm9vYg=="}, {"fooba", "Zm9vYmE="}, {"foobar", "Zm9vYmFy"}};
+  const std::vector<std::pair<std::string, std::string>> rows = {
+      {"", ""}, {"f", "Zg=="}, {"fo", "Zm8="}, {"foo", "Zm9v"}, {"foob", "Zm9vYg=="}, {"fooba", "Zm9vYmE="}, {"foobar", "Zm9vYmFy"}};
   for (const auto& [plain, text] : rows) {
     const std::vector<std::uint8_t> bytes(plain.begin(), plain.end());
     EXPECT_EQ(cli::base64(bytes), text);
@@ -719,8 +768,14 @@ TEST(CliText, Base64) {
 }
 
 TEST(CliText, NumbersAreAsShortAsTheyCanBe) {
-  const std::vector<std::pair<double, std::string>> rows = {{0.0, "0"},   {-0.0, "-0"},    {0.1, "0.1"},           {1280.0, "1280"},
-                                                            {1e30, "1e+30"}, {kInfinity, "infinite"}, {-kInfinity, "-infinite"}, {std::nan(""), "nan"}};
+  const std::vector<std::pair<double, std::string>> rows = {{0.0, "0"},
+                                                            {-0.0, "-0"},
+                                                            {0.1, "0.1"},
+                                                            {1280.0, "1280"},
+                                                            {1e30, "1e+30"},
+                                                            {kInfinity, "infinite"},
+                                                            {-kInfinity, "-infinite"},
+                                                            {std::nan(""), "nan"}};
   for (const auto& [value, text] : rows) EXPECT_EQ(cli::shortest(value), text);
 }
 

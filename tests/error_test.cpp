@@ -77,7 +77,8 @@ TEST(Error, NothingBeatsTheLimit) {
   Random random(52);
   for (int i = 0; i < 500; ++i) {
     Frame frame = usualFrame();
-    frame.camera = perspective({0, 0, 0}, random.direction(), random.direction(), random.uniform(0.2, 2.5), random.uniform(0.4, 2.5), 1.0, random.logUniform(1.5, 1e4));
+    frame.camera = perspective({0, 0, 0}, random.direction(), random.direction(), random.uniform(0.2, 2.5), random.uniform(0.4, 2.5), 1.0,
+                               random.logUniform(1.5, 1e4));
     frame.light.directionWs = random.direction();
     frame.budget.partitions = 1 + random.index(16);
     const auto solution = solve(frame);

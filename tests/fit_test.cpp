@@ -28,7 +28,8 @@ TEST(Fit, TightIsTheLeastRectangleOfATrapezoid) {
   ASSERT_EQ(solution->partitionCount, 2);
   for (int i = 0; i < 2; ++i) {
     const Partition& map = solution->partitions[i];
-    const glm::dvec3 x(map.clipFromWorld[0][0], map.clipFromWorld[1][0], map.clipFromWorld[2][0]), y(map.clipFromWorld[0][1], map.clipFromWorld[1][1], map.clipFromWorld[2][1]);
+    const glm::dvec3 x(map.clipFromWorld[0][0], map.clipFromWorld[1][0], map.clipFromWorld[2][0]),
+        y(map.clipFromWorld[0][1], map.clipFromWorld[1][1], map.clipFromWorld[2][1]);
     const double area = 4.0 / (glm::length(x) * glm::length(y)), expected = 2.0 * map.far * (map.far - map.near);
     EXPECT_NEAR(area / expected, 1.0, 1e-4);
     EXPECT_LE(map.viewport.z * map.viewport.w, 2048 * 2048);
@@ -46,7 +47,8 @@ TEST(Fit, TightBeatsEveryOrientation) {
     frame.budget.partitions = 1;
     const auto solution = solve(frame);
     const Partition& map = solution->partitions[0];
-    const glm::dvec3 d = glm::normalize(frame.light.directionWs), a = glm::normalize(glm::cross(d, glm::dvec3(0.3, 0.5, 0.9))), b = glm::cross(d, a);
+    const glm::dvec3 d = glm::normalize(frame.light.directionWs), a = glm::normalize(glm::cross(d, glm::dvec3(0.3, 0.5, 0.9))),
+                     b = glm::cross(d, a);
     double least = kInfinity;
     for (int k = 0; k < 3600; ++k) {
       const double angle = k * kPi / 7200.0;
@@ -69,7 +71,8 @@ TEST(Fit, TightBeatsEveryOrientation) {
 double worstDrift(FitMode fit, const glm::dvec3& start) {
   Random random(31);
   std::vector<glm::dvec3> points;
-  for (int i = 0; i < 400; ++i) points.push_back(start + glm::dvec3(random.uniform(-40, 40), random.uniform(-3, 6), random.uniform(-40, 40)));
+  for (int i = 0; i < 400; ++i)
+    points.push_back(start + glm::dvec3(random.uniform(-40, 40), random.uniform(-3, 6), random.uniform(-40, 40)));
   std::vector<glm::dvec3> last(points.size(), glm::dvec3(-1.0));  // fraction and partition of the frame before
   double worst = 0.0;
   int kept = 0;
@@ -146,7 +149,8 @@ TEST(Fit, MarginsAreKept) {
     ASSERT_EQ(solution->status, Status::ok);
     for (int k = 0; k < solution->partitionCount; ++k) {
       const Partition& map = solution->partitions[k];
-      const double from = k > 0 ? map.near - 0.2 * (map.near - solution->partitions[k - 1].near) : map.near;  // the blend band belongs to it too
+      const double from =
+          k > 0 ? map.near - 0.2 * (map.near - solution->partitions[k - 1].near) : map.near;  // the blend band belongs to it too
       for (int c = 0; c < 8; ++c) {
         const glm::dvec3 rel = viewPoint(frame.camera, c & 1, (c >> 1) & 1, (c & 4) ? map.far : from);
         const glm::dvec4 q = glm::dmat4(map.clipFromWorld) * glm::dvec4(rel, 1.0);
@@ -166,7 +170,8 @@ TEST(Fit, HundredsOfReceivers) {
   std::vector<Box> boxes;
   for (int i = 0; i < 400; ++i) {
     const double z = random.logUniform(1.0, 90.0), angle = random.uniform(0.0, 2.0 * kPi);
-    const glm::dvec3 centre = frame.camera.positionWs + viewPoint(frame.camera, 0.5 + 0.45 * std::cos(angle), 0.5 + 0.45 * std::sin(angle), z);
+    const glm::dvec3 centre =
+        frame.camera.positionWs + viewPoint(frame.camera, 0.5 + 0.45 * std::cos(angle), 0.5 + 0.45 * std::sin(angle), z);
     boxes.push_back({centre - glm::dvec3(0.01 * z), centre + glm::dvec3(0.01 * z)});
   }
   frame.scene.receivers = boxes;

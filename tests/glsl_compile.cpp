@@ -89,7 +89,9 @@ GlslResult compileGlsl(GlslStage stage, const std::string& source, GlslTarget ta
 std::string validateSpirv(const std::vector<std::uint32_t>& spirv, GlslTarget target) {
   const spv_target_env environment = target == GlslTarget::vulkan ? SPV_ENV_VULKAN_1_1 : SPV_ENV_OPENGL_4_5;
   std::string said;
-  const auto listen = [&](spv_message_level_t, const char*, const spv_position_t&, const char* message) { said += std::string(message) + "\n"; };
+  const auto listen = [&](spv_message_level_t, const char*, const spv_position_t&, const char* message) {
+    said += std::string(message) + "\n";
+  };
   spvtools::SpirvTools tools(environment);
   tools.SetMessageConsumer(listen);
   if (!tools.Validate(spirv)) return "before: " + said;

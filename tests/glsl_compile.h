@@ -8,7 +8,11 @@
 
 namespace gnomon::test {
 
-enum class GlslTarget { validate, openGl, vulkan };  // openGl and vulkan also make SPIR-V, bindings and locations mapped where the source has none
+enum class GlslTarget {
+  validate,
+  openGl,
+  vulkan
+};  // openGl and vulkan also make SPIR-V, bindings and locations mapped where the source has none
 enum class GlslStage { vertex, fragment };
 
 struct GlslResult {

@@ -91,13 +91,15 @@ TEST(Glsl, SpirvIsValidBeforeAndAfterOptimisation) {
 
 TEST(Glsl, FewerPartitionsCompile) {
   for (const int count : {1, 2, 4, 5, 8, 9, 12, 13, 16}) {
-    const GlslResult result = compileGlsl(GlslStage::fragment, everything("#version 330 core\n#define GNOMON_MAX_PARTITIONS " + std::to_string(count) + "\n"));
+    const GlslResult result =
+        compileGlsl(GlslStage::fragment, everything("#version 330 core\n#define GNOMON_MAX_PARTITIONS " + std::to_string(count) + "\n"));
     EXPECT_TRUE(result.isFine) << count << result.log;
   }
 }
 
 TEST(Glsl, OneShaderHoldsTwoLights) {
-  const GlslResult result = compileGlsl(GlslStage::fragment, withIncludes("#version 330 core\n#define GNOMON_NO_UNIFORM\n", {"gnomon.glsl"}, R"(
+  const GlslResult result =
+      compileGlsl(GlslStage::fragment, withIncludes("#version 330 core\n#define GNOMON_NO_UNIFORM\n", {"gnomon.glsl"}, R"(
 layout(std140) uniform Sun { GnomonBlock sun; };
 layout(std140) uniform Moon { GnomonBlock moon; };
 uniform sampler2DArray sunMaps, moonMaps;
@@ -124,11 +126,12 @@ TEST(Glsl, AMissingHookIsAnErrorThatNamesIt) {
 
 // Every global identifier has the library's prefix; no reserved word of the targeted versions is a name; no double underscore.
 TEST(Glsl, IdentifiersArePrefixed) {
-  const std::set<std::string> reserved{"active", "asm", "cast", "class", "common", "enum", "extern", "external", "filter", "fixed", "goto", "half", "inline",
-                                       "input", "interface", "long", "namespace", "noinline", "output", "partition", "public", "resource", "sample",
-                                       "short", "sizeof", "static", "superp", "template", "this", "typedef", "union", "unsigned", "using"};
-  const std::regex comment("//[^\n]*"), define("#define +([A-Za-z_0-9]+)"), structure("struct +([A-Za-z_0-9]+)"), word("[A-Za-z_][A-Za-z_0-9]*"),
-      function("\n(?:float|int|vec[234]|mat4|void|bool) +([A-Za-z_0-9]+) *\\(");
+  const std::set<std::string> reserved{
+      "active", "asm",    "cast",   "class",     "common", "enum",      "extern",   "external", "filter",    "fixed",    "goto",
+      "half",   "inline", "input",  "interface", "long",   "namespace", "noinline", "output",   "partition", "public",   "resource",
+      "sample", "short",  "sizeof", "static",    "superp", "template",  "this",     "typedef",  "union",     "unsigned", "using"};
+  const std::regex comment("//[^\n]*"), define("#define +([A-Za-z_0-9]+)"), structure("struct +([A-Za-z_0-9]+)"),
+      word("[A-Za-z_][A-Za-z_0-9]*"), function("\n(?:float|int|vec[234]|mat4|void|bool) +([A-Za-z_0-9]+) *\\(");
   for (const std::string& name : kIncludes) {
     const std::string text = std::regex_replace(read(name), comment, "");
     const auto each = [&](const std::regex& pattern, std::size_t group, auto check) {

@@ -16,7 +16,8 @@ struct Judged {
   RenderOutput image;
 };
 
-Judged judge(Renderer& renderer, const Mesh& mesh, const Tracer& tracer, Frame frame, int resolution, const PssmSettings& settings = {}, RenderOptions options = {}) {
+Judged judge(Renderer& renderer, const Mesh& mesh, const Tracer& tracer, Frame frame, int resolution, const PssmSettings& settings = {},
+             RenderOptions options = {}) {
   const Box bounds{mesh.min, mesh.max};
   frame.image = {static_cast<double>(options.width), static_cast<double>(options.height)};
   frame.budget.resolution = resolution;
@@ -71,7 +72,8 @@ TEST(Job, EveryConventionGivesTheSameShadows) {
     const double reference = share(plain, {}, small);
     EXPECT_LT(reference, 0.02);
     const double most = 1.5 * reference + 1e-3;
-    for (const DepthConvention depth : {DepthConvention::negativeOneToOne, DepthConvention::zeroToOne, DepthConvention::reversedZeroToOne}) {
+    for (const DepthConvention depth :
+         {DepthConvention::negativeOneToOne, DepthConvention::zeroToOne, DepthConvention::reversedZeroToOne}) {
       Frame frame = plain;
       frame.camera.depth = depth;
       EXPECT_LT(share(frame, {}, small), most);
@@ -106,6 +108,29 @@ TEST(Job, EveryConventionGivesTheSameShadows) {
       RenderOptions soft = small;
       soft.filter = filter;
       EXPECT_LT(share(filtered, {}, soft), 3.0 * most);
+    }
+  }
+}
+
+// The ways of drawing the maps give the same shadows but for the rasteriser's rounding of other viewports.
+TEST(Job, EveryWayOfCastingGivesTheSameShadows) {
+  const BuiltIn scene = makeBuiltIn("hall");
+  const Tracer tracer(scene.mesh);
+  Renderer renderer;
+  renderer.load(scene.mesh);
+  for (const MapLayout layout : {MapLayout::atlas, MapLayout::layers}) {
+    Frame frame;
+    frame.camera = scene.views[0].cam;
+    frame.light.directionWs = scene.views[0].lightDirectionWs;
+    frame.shadowMap.layout = layout;
+    RenderOptions options{.width = 320, .height = 180};
+    const std::vector<std::uint8_t> reference = judge(renderer, scene.mesh, tracer, frame, 1024, {}, options).image.lit;
+    for (const CastPath path : {CastPath::fragmentDepth, layout == MapLayout::atlas ? CastPath::wholeAtlas : CastPath::layers}) {
+      options.castPath = path;
+      const std::vector<std::uint8_t> lit = judge(renderer, scene.mesh, tracer, frame, 1024, {}, options).image.lit;
+      int different = 0;
+      for (std::size_t i = 0; i < lit.size(); ++i) different += lit[i] != reference[i];
+      EXPECT_LT(different, 320 * 180 / 1000) << static_cast<int>(path);
     }
   }
 }

@@ -56,7 +56,8 @@ TEST(Maps, DeterminantSigns) {
         frame.shadowMap.style = style;
         const auto solution = solve(frame, {.split = {}, .fit = fit});
         const bool isPositive = (style == ClipStyle::vulkan) != (depth == DepthConvention::reversedZeroToOne);
-        for (int k = 0; k < 4; ++k) EXPECT_EQ(glm::determinant(glm::dmat3(glm::dmat4(solution->partitions[k].clipFromWorld))) > 0.0, isPositive);
+        for (int k = 0; k < 4; ++k)
+          EXPECT_EQ(glm::determinant(glm::dmat3(glm::dmat4(solution->partitions[k].clipFromWorld))) > 0.0, isPositive);
       }
 }
 
@@ -93,7 +94,8 @@ TEST(Maps, DepthRunsAwayFromTheLight) {
     frame.shadowMap.depth = depth;
     const auto solution = solve(frame);
     for (int k = 0; k < 4; ++k) {
-      const glm::dvec3 rel = viewPoint(frame.camera, 0.5, 0.5, solution->partitions[k].near), along = glm::normalize(frame.light.directionWs) * solution->partitions[k].near * 0.1;
+      const glm::dvec3 rel = viewPoint(frame.camera, 0.5, 0.5, solution->partitions[k].near),
+                       along = glm::normalize(frame.light.directionWs) * solution->partitions[k].near * 0.1;
       const double change = atlasPosition(solution->block, k, rel + along).z - atlasPosition(solution->block, k, rel).z;
       EXPECT_GT(depth == DepthConvention::reversedZeroToOne ? -change : change, 0.0);
     }

@@ -44,7 +44,8 @@ TEST(Pssm, RefusesWithAReason) {
   refuses(Status::cameraShadowDistance, [](F f, S) { f.camera.shadowDistance = kNan; });
   refuses(Status::cameraTangents, [](F f, S) { f.camera.left = -f.camera.right; });
   refuses(Status::cameraTangents, [](F f, S) { f.camera.up = kNan; });
-  refuses(Status::cameraTangents, [](F f, S) { f.camera = perspective(f.camera.positionWs, f.camera.forwardWs, f.camera.upWs, 1.0, kInfinity, 0.1, 100.0); });
+  refuses(Status::cameraTangents,
+          [](F f, S) { f.camera = perspective(f.camera.positionWs, f.camera.forwardWs, f.camera.upWs, 1.0, kInfinity, 0.1, 100.0); });
   // light
   refuses(Status::lightDirection, [](F f, S) { f.light.directionWs = glm::dvec3(0.0); });
   refuses(Status::lightDirection, [](F f, S) { f.light.directionWs.x = kNan; });
@@ -88,6 +89,7 @@ TEST(Pssm, RefusesWithAReason) {
     s.fit = FitMode::stable;
   });
   // range
+  refuses(Status::floatRange, [](F f, S) { f.camera.positionWs.x = 1e39; });
   refuses(Status::floatRange, [](F f, S) {
     f.camera.near = 1e-45;
     f.camera.far = 1e-44;
@@ -130,12 +132,14 @@ struct Scenery {
 Frame randomFrame(Random& random, Scenery& scenery) {
   Frame frame;
   const double scale = random.logUniform(1e-3, 1e3);
-  const glm::dvec3 position = random.index(3) == 0 ? glm::dvec3(random.uniform(-1e5, 1e5), random.uniform(-10, 10), random.uniform(-1e5, 1e5)) * scale
-                                                    : glm::dvec3(random.uniform(-10, 10)) * scale;
+  const glm::dvec3 position = random.index(3) == 0
+                                  ? glm::dvec3(random.uniform(-1e5, 1e5), random.uniform(-10, 10), random.uniform(-1e5, 1e5)) * scale
+                                  : glm::dvec3(random.uniform(-10, 10)) * scale;
   const double near = random.logUniform(0.01, 1.0) * scale, far = near * random.logUniform(1.5, 1e4);
   const glm::dvec3 forward = random.direction(), up = random.direction();
   if (random.index(4) == 0)
-    frame.camera = orthographic(position, forward, up, far * random.uniform(0.1, 2.0), random.uniform(0.3, 3.0), random.index(2) ? -far : near, far);
+    frame.camera =
+        orthographic(position, forward, up, far * random.uniform(0.1, 2.0), random.uniform(0.3, 3.0), random.index(2) ? -far : near, far);
   else
     frame.camera = perspective(position, forward, up, random.uniform(0.05, 2.4), random.uniform(0.3, 3.0), near, far);
   if (random.index(4) == 0) {
@@ -178,7 +182,8 @@ TEST(Pssm, CoversRandomViewsAsPredicted) {
   for (int i = 0; i < 3000; ++i) {
     Scenery scenery;
     const Frame frame = randomFrame(random, scenery);
-    const PssmSettings settings{.split = {.scheme = static_cast<SplitScheme>(random.index(3)), .lambda = random.uniform()}, .fit = static_cast<FitMode>(random.index(3))};
+    const PssmSettings settings{.split = {.scheme = static_cast<SplitScheme>(random.index(3)), .lambda = random.uniform()},
+                                .fit = static_cast<FitMode>(random.index(3))};
     const auto solution = solve(frame, settings);
     ASSERT_EQ(solution->status, Status::ok) << i << " " << statusField(solution->status);
     EXPECT_TRUE(isFinite(*solution)) << i;
@@ -210,7 +215,8 @@ TEST(Pssm, PredictionsAreTight) {
     for (int k = 0; k < solution->partitionCount; ++k) {
       const Partition& map = solution->partitions[k];
       const double pixel = pixelAt(frame, map.near);
-      const glm::dvec2 texel = measuredTexel(map, viewPoint(frame.camera, 0.5, 0.5, map.near), frame.light.directionWs, pixel * 1e3) / pixel;
+      const glm::dvec2 texel =
+          measuredTexel(map, viewPoint(frame.camera, 0.5, 0.5, map.near), frame.light.directionWs, pixel * 1e3) / pixel;
       EXPECT_NEAR(map.error.s / texel.x, 1.0, 1e-5);
       EXPECT_NEAR(map.error.t / texel.y, 1.0, 1e-5);
     }
@@ -268,7 +274,8 @@ TEST(Pssm, ScalesExactly) {
         EXPECT_EQ(a->partitions[i].viewport, b->partitions[i].viewport);
         EXPECT_NEAR(b->partitions[i].error.s / a->partitions[i].error.s, 1.0, 1e-6);
         for (int r = 0; r < 4; ++r)
-          for (int c = 0; c < 4; ++c) EXPECT_NEAR(b->partitions[i].clipFromWorld[c][r] * (c < 3 ? scale : 1.0), a->partitions[i].clipFromWorld[c][r], 1e-6 * 20);
+          for (int c = 0; c < 4; ++c)
+            EXPECT_NEAR(b->partitions[i].clipFromWorld[c][r] * (c < 3 ? scale : 1.0), a->partitions[i].clipFromWorld[c][r], 1e-6 * 20);
       }
     }
   }
@@ -381,7 +388,8 @@ TEST(Pssm, IsDeterministic) {
     (void)solvePssm(usualFrame(), {}, *b);  // a used one answers the same as a fresh one
     (void)solvePssm(frame, {}, *b);
     ASSERT_EQ(a->partitionCount, b->partitionCount);
-    const std::size_t bytes = sizeof(GnomonBlock) - sizeof a->block.partitions + static_cast<std::size_t>(a->partitionCount) * sizeof(GnomonPartition);
+    const std::size_t bytes =
+        sizeof(GnomonBlock) - sizeof a->block.partitions + static_cast<std::size_t>(a->partitionCount) * sizeof(GnomonPartition);
     EXPECT_EQ(std::memcmp(&a->block, &b->block, bytes), 0);
   }
 }

@@ -33,9 +33,11 @@ TEST(Readme, ShaderSnippetsCompile) {
   ASSERT_EQ(all.size(), 2u);
   // The first screen's lines are statements with an include; the second snippet is global and gives the hook.
   const std::size_t body = all[0].find('\n') + 1;
-  const std::string fragment = all[1] + "in vec3 world; in vec3 normal; out vec4 colour;\nvoid main() {\n" + all[0].substr(body) + "colour = vec4(lit);\n}\n";
+  const std::string fragment =
+      all[1] + "in vec3 world; in vec3 normal; out vec4 colour;\nvoid main() {\n" + all[0].substr(body) + "colour = vec4(lit);\n}\n";
   EXPECT_EQ(all[0].substr(0, body), "#include \"gnomon.glsl\"\n");
-  const std::string vertex = "out vec3 world; out vec3 normal;\nvoid main() { world = normal = vec3(1.0); gl_Position = vec4(world, 1.0); }\n";
+  const std::string vertex =
+      "out vec3 world; out vec3 normal;\nvoid main() { world = normal = vec3(1.0); gl_Position = vec4(world, 1.0); }\n";
   for (const char* version : {"330 core", "450"})
     EXPECT_NO_THROW((void)gnomon::offscreen::buildProgram(version, {{GL_VERTEX_SHADER, vertex}, {GL_FRAGMENT_SHADER, fragment}}));
 }

@@ -87,7 +87,11 @@ TEST(Region, GroundBelowTheEye) {
 
 TEST(Region, BoxesAreAUnionWithGaps) {
   Frame frame = plainFrame();
-  const std::vector<Box> boxes{{{-1, -1, -60}, {1, 1, -50}}, {{-1, -1, -6}, {1, 1, -4}}, {{-1, -1, -7}, {1, 1, -5}}, {{500, 0, -9}, {501, 1, -8}}, {{-1, -1, 3}, {1, 1, 5}}};
+  const std::vector<Box> boxes{{{-1, -1, -60}, {1, 1, -50}},
+                               {{-1, -1, -6}, {1, 1, -4}},
+                               {{-1, -1, -7}, {1, 1, -5}},
+                               {{500, 0, -9}, {501, 1, -8}},
+                               {{-1, -1, 3}, {1, 1, 5}}};
   frame.scene.receivers = boxes;  // two that overlap, one far, one beside the view, one behind the eye
   const Region region = regionOf(frame);
   ASSERT_EQ(region.spanCount, 2);
@@ -121,7 +125,8 @@ TEST(Region, MoreGapsThanItHoldsAreJoined) {
   EXPECT_GT(region.spanCount, kMaxSpans / 2);
   for (const Box& box : boxes) {
     bool isHeld = false;
-    for (int i = 0; i < region.spanCount; ++i) isHeld |= region.spans[i].near <= -box.maxWs.z + 1e-12 && region.spans[i].far >= -box.minWs.z - 1e-12;
+    for (int i = 0; i < region.spanCount; ++i)
+      isHeld |= region.spans[i].near <= -box.maxWs.z + 1e-12 && region.spans[i].far >= -box.minWs.z - 1e-12;
     EXPECT_TRUE(isHeld) << box.minWs.z;
   }
   for (int i = 1; i < region.spanCount; ++i) EXPECT_GT(region.spans[i].near, region.spans[i - 1].far);
@@ -155,7 +160,8 @@ TEST(Region, CellsStayConvexPolytopes) {
     EXPECT_EQ(cell.vertexCount - cell.edgeCount + faces, 2);
     for (int v = 0; v < cell.vertexCount; ++v) {
       EXPECT_GE(degree[v], 3);
-      for (int f = 0; f < cell.planeCount; ++f) EXPECT_GE(glm::dot(cell.planes[f].normal, cell.vertices[v]) + cell.planes[f].offset, -1e-12);
+      for (int f = 0; f < cell.planeCount; ++f)
+        EXPECT_GE(glm::dot(cell.planes[f].normal, cell.vertices[v]) + cell.planes[f].offset, -1e-12);
     }
     for (int s = 0; s < 50; ++s) {  // samples of the true polytope stay below the vertices' support
       const glm::dvec3 point(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)), direction = random.direction();

@@ -65,7 +65,8 @@ struct Axes {
 inline glm::dvec3 viewPoint(const Camera& camera, double x, double y, double z) {
   const Axes axes(camera);
   const double k = camera.projection == Projection::perspective ? z : 1.0;
-  return axes.forward * z + axes.right * (k * (x * (camera.left + camera.right) - camera.left)) + axes.up * (k * (y * (camera.down + camera.up) - camera.down));
+  return axes.forward * z + axes.right * (k * (x * (camera.left + camera.right) - camera.left)) +
+         axes.up * (k * (y * (camera.down + camera.up) - camera.down));
 }
 
 inline double pixelAt(const Frame& frame, double z) {
@@ -75,20 +76,22 @@ inline double pixelAt(const Frame& frame, double z) {
 
 // Texel edges (s, t) at a point, by central differences of the emitted matrix in double: not by any formula of the library.
 inline glm::dvec2 measuredTexel(const Partition& map, const glm::dvec3& rel, const glm::dvec3& light, double step) {
-  const glm::dvec3 d = glm::normalize(light), a = glm::normalize(glm::cross(d, std::abs(d.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 0, 1))),
-                   b = glm::cross(d, a);
+  const glm::dvec3 d = glm::normalize(light),
+                   a = glm::normalize(glm::cross(d, std::abs(d.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 0, 1))), b = glm::cross(d, a);
   const auto texels = [&](const glm::dvec3& p) {
     const glm::dvec4 q = glm::dmat4(map.clipFromWorld) * glm::dvec4(p, 1.0);
     return glm::dvec2(q) / q.w * glm::dvec2(map.viewport.z, map.viewport.w) / 2.0;
   };
-  const glm::dvec2 da = (texels(rel + a * step) - texels(rel - a * step)) / (2.0 * step), db = (texels(rel + b * step) - texels(rel - b * step)) / (2.0 * step);
+  const glm::dvec2 da = (texels(rel + a * step) - texels(rel - a * step)) / (2.0 * step),
+                   db = (texels(rel + b * step) - texels(rel - b * step)) / (2.0 * step);
   const double det = std::abs(da.x * db.y - db.x * da.y);
   return {std::hypot(da.y, db.y) / det, std::hypot(da.x, db.x) / det};
 }
 
 inline bool needsShadow(const Frame& frame, const glm::dvec3& ws) {
   bool isReceiver = frame.scene.receivers.empty();
-  for (const Box& box : frame.scene.receivers) isReceiver |= glm::all(glm::greaterThanEqual(ws, box.minWs)) && glm::all(glm::lessThanEqual(ws, box.maxWs));
+  for (const Box& box : frame.scene.receivers)
+    isReceiver |= glm::all(glm::greaterThanEqual(ws, box.minWs)) && glm::all(glm::lessThanEqual(ws, box.maxWs));
   for (const glm::dvec4& plane : frame.scene.planes) isReceiver &= glm::dot(glm::dvec3(plane), ws) + plane.w >= 0.0;
   return isReceiver;
 }
@@ -126,7 +129,8 @@ inline void check(const Frame& frame, const Solution& solution, const glm::dvec3
   const glm::dvec3 ndc = glm::dvec3(q) / q.w;
   constexpr double kSlack = 1e-6;
   const double lowest = frame.shadowMap.depth == DepthConvention::negativeOneToOne ? -1.0 : 0.0;
-  const bool isInside = q.w > 0.0 && std::abs(ndc.x) <= 1.0 + kSlack && std::abs(ndc.y) <= 1.0 + kSlack && ndc.z >= lowest - kSlack && ndc.z <= 1.0 + kSlack;
+  const bool isInside =
+      q.w > 0.0 && std::abs(ndc.x) <= 1.0 + kSlack && std::abs(ndc.y) <= 1.0 + kSlack && ndc.z >= lowest - kSlack && ndc.z <= 1.0 + kSlack;
   coverage.uncovered += !isInside;
   const double pixel = pixelAt(frame, z);
   const glm::dvec2 texel = measuredTexel(map, rel, frame.light.directionWs, pixel * 1e3) / pixel;
@@ -152,8 +156,10 @@ inline Coverage checkAll(const Frame& frame, const Solution& solution, int acros
   const Axes axes(camera);
   for (const Box& box : frame.scene.receivers)
     for (int k = 0; k < 1000; ++k) {
-      const glm::dvec3 share(k % 10 / 9.0, k / 10 % 10 / 9.0, k / 100 / 9.0), fromEye = glm::mix(box.minWs, box.maxWs, share) - camera.positionWs;
-      const double z = glm::dot(fromEye, axes.forward), w = isRatio ? z : 1.0, x = glm::dot(fromEye, axes.right), y = glm::dot(fromEye, axes.up);
+      const glm::dvec3 share(k % 10 / 9.0, k / 10 % 10 / 9.0, k / 100 / 9.0),
+          fromEye = glm::mix(box.minWs, box.maxWs, share) - camera.positionWs;
+      const double z = glm::dot(fromEye, axes.forward), w = isRatio ? z : 1.0, x = glm::dot(fromEye, axes.right),
+                   y = glm::dot(fromEye, axes.up);
       if (z >= near && z <= far && x >= -camera.left * w && x <= camera.right * w && y >= -camera.down * w && y <= camera.up * w)
         check(frame, solution, fromEye, z, coverage);
     }
@@ -171,7 +177,8 @@ inline bool isFinite(const Solution& solution) {
     for (int p = 0; p < map.cullPlaneCount; ++p)
       for (int c = 0; c < 4; ++c) isFine = isFine && std::isfinite(map.cullPlanes[p][c]);
   }
-  for (const double x : {solution.maxError, solution.neededTexels, solution.storageFactor, solution.limitTexels}) isFine = isFine && std::isfinite(x);
+  for (const double x : {solution.maxError, solution.neededTexels, solution.storageFactor, solution.limitTexels})
+    isFine = isFine && std::isfinite(x);
   return isFine;
 }
 

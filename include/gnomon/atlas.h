@@ -13,7 +13,7 @@ namespace gnomon {
 struct Atlas {
   glm::ivec2 size{0, 0};
   int layers = 0;
-  bool reduced = false;                // every map was scaled down alike to fit
+  bool reduced = false;  // every map was scaled down alike to fit
   glm::ivec4 viewports[kMaxPartitions];  // x, y, width, height; disjoint, border texels free around each
 };
 

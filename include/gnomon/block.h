@@ -34,11 +34,12 @@ struct Splits;
 void clearBlock(GnomonBlock& block) noexcept;
 
 // Atlas matrix (uv and stored depth) of a map from its clip matrix.
-[[nodiscard]] glm::dmat4 atlasMatrix(const Frame& frame, const glm::dmat4& clipFromWorld, const glm::ivec4& viewport, const glm::ivec2& atlas) noexcept;
+[[nodiscard]] glm::dmat4 atlasMatrix(const Frame& frame, const glm::dmat4& clipFromWorld, const glm::ivec4& viewport,
+                                     const glm::ivec2& atlas) noexcept;
 
 // Writes the block of a solution whose partitions are final, from the double matrices that theirs were rounded from.
 // Returns false where a number does not fit float32.
-bool writeBlock(const Frame& frame, const Region& region, const LightSpace& light, const Splits& slices, bool byViewDepth, const glm::dmat4* clipFromWorld,
-                Solution& solution) noexcept;
+bool writeBlock(const Frame& frame, const Region& region, const LightSpace& light, const Splits& slices, bool byViewDepth,
+                const glm::dmat4* clipFromWorld, Solution& solution) noexcept;
 
 }  // namespace gnomon

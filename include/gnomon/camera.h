@@ -13,12 +13,12 @@ namespace gnomon {
 
 // A symmetric perspective camera. fovY: whole vertical angle, radians, in (0, pi); aspect: width over height, > 0.
 // Bad values are kept, and refused by the solve.
-[[nodiscard]] Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs,
-                                 double fovY, double aspect, double near, double far) noexcept;
+[[nodiscard]] Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double fovY,
+                                 double aspect, double near, double far) noexcept;
 
 // An orthographic camera. height: of the view, world units, > 0; near may be <= 0.
-[[nodiscard]] Camera orthographic(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs,
-                                  double height, double aspect, double near, double far) noexcept;
+[[nodiscard]] Camera orthographic(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double height,
+                                  double aspect, double near, double far) noexcept;
 
 // A camera from an engine's matrices (column vectors; either handedness, mirrored or not, any of the three depths).
 // viewFromWorld must be rigid (to 1e-3, so float32 passes). Temporal jitter is taken out: an off-centre of under one

@@ -11,10 +11,14 @@
 
 namespace gnomon {
 
+// The caps that every slice shares: the faces of the region's volume that light leaves it by, in world space with unit normals, but
+// for the view's near and far. Returns their number, at most kMaxCellPlanes.
+int makeCaps(const Region& region, const LightSpace& light, glm::dvec4* capsWs) noexcept;
+
 // Writes the planes of the slice's region swept towards the light, moved outward by `grow` (world units: the margins and a texel),
 // in world space with unit normals. Returns their number, at most kMaxCullPlanes; fewer planes hold more.
-int makeCullPlanes(const Region& region, const LightSpace& light, const DepthSpan& slice, const Footprint& footprint, double grow,
-                   glm::dvec4* planesWs) noexcept;
+int makeCullPlanes(const Region& region, const LightSpace& light, const Footprint& footprint, std::span<const glm::dvec4> capsWs,
+                   double grow, glm::dvec4* planesWs) noexcept;
 
 // Extends the fit's depth range towards the light to hold every caster box over its rectangle.
 void extendToCasters(std::span<const Box> casters, const Region& region, const LightSpace& light, MapFit& fit) noexcept;

@@ -26,7 +26,7 @@ enum class FitMode : std::uint8_t { tight, slice, stable };
 // post-perspective space can pass through the same stages. [Zhang 2006, sec. 3.1]
 struct LightSpace {
   glm::dmat4 lsFromView{1.0};
-  glm::dmat4 lsFromWorld{1.0};         // from world - eye
+  glm::dmat4 lsFromWorld{1.0};  // from world - eye
   glm::dvec3 directionVs{0.0}, directionWs{0.0};  // unit, from the light to the scene
 };
 
@@ -38,11 +38,11 @@ inline constexpr int kMaxHull = 64;
 
 // What one map must hold, seen from the light.
 struct Footprint {
-  int count = 0;                 // hull vertices, counter-clockwise in light space; 0: nothing
+  int count = 0;  // hull vertices, counter-clockwise in light space; 0: nothing
   glm::dvec2 hull[kMaxHull];
   double depthNear = 0.0, depthFar = 0.0;  // light-space depths of what must be shadowed
-  double reach = 0.0;            // farthest distance from the eye, for rounding bounds
-  DepthSpan padded{0.0, 0.0};    // view depths covered
+  double reach = 0.0;  // farthest distance from the eye, for rounding bounds
+  DepthSpan padded{0.0, 0.0};  // view depths covered
 };
 
 // Gathers the slices' footprints, each slice padded by the depth quantum and the blend band. One footprint for each slice.
@@ -52,9 +52,9 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
 // A rectangle of the light plane: the coordinates along axisX and axisY (unit, orthogonal, light space).
 struct MapFit {
   glm::dvec2 axisX{1.0, 0.0}, axisY{0.0, 1.0};
-  glm::dvec2 least{0.0}, size{0.0};          // size > 0
-  double depthNear = 0.0, depthFar = 0.0;    // depthFar > depthNear
-  bool square = false;                       // the viewport is square whatever the rectangle's aspect
+  glm::dvec2 least{0.0}, size{0.0};  // size > 0
+  double depthNear = 0.0, depthFar = 0.0;  // depthFar > depthNear
+  bool square = false;  // the viewport is square whatever the rectangle's aspect
 };
 
 // The rectangle for one slice. pixel: w_i at the slice's near end, the least side a map needs.
@@ -62,10 +62,11 @@ struct MapFit {
 
 // Grows a fit to its viewport: margins, float32 rounding and, for stable, the snap to texels. The depth range keeps room for the
 // normal offset. Errors: marginTexels (the margins leave no texel), worldSpacePrecision, stableWorldSpace; sets warnings.
-[[nodiscard]] Status growToViewport(const Frame& frame, const Region& region, const LightSpace& light, const Footprint& footprint, FitMode mode,
-                                    const glm::ivec4& viewport, MapFit& fit, std::uint32_t& warnings) noexcept;
+[[nodiscard]] Status growToViewport(const Frame& frame, const Region& region, const LightSpace& light, const Footprint& footprint,
+                                    FitMode mode, const glm::ivec4& viewport, MapFit& fit, std::uint32_t& warnings) noexcept;
 
 // The matrix that takes world - origin to the map's clip space.
-[[nodiscard]] glm::dmat4 cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& eyeMinusOriginWs, const MapFit& fit) noexcept;
+[[nodiscard]] glm::dmat4 cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& eyeMinusOriginWs,
+                                    const MapFit& fit) noexcept;
 
 }  // namespace gnomon

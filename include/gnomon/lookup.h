@@ -7,7 +7,6 @@
 
 #include "gnomon/block.h"
 
-
 #include <glm/vec3.hpp>
 
 namespace gnomon {

@@ -26,8 +26,8 @@ struct Plane {
 // A convex polytope: vertices, and edges that know the two faces (planes) they lie between. May be flat.
 struct Cell {
   struct Edge {
-    std::uint8_t from, to;    // vertices
-    std::uint8_t left, right; // planes
+    std::uint8_t from, to;  // vertices
+    std::uint8_t left, right;  // planes
   };
   int vertexCount = 0, edgeCount = 0, planeCount = 0;
   glm::dvec3 vertices[kMaxCellVertices];
@@ -37,9 +37,9 @@ struct Cell {
 
 enum class Cut : std::uint8_t {
   outside,  // nothing is left
-  inside,   // the plane cuts nothing
-  cut,      // the plane is a new face
-  kept,     // not cut: no room, or rounding leaves the cut undecided; the cell still covers what it should
+  inside,  // the plane cuts nothing
+  cut,  // the plane is a new face
+  kept,  // not cut: no room, or rounding leaves the cut undecided; the cell still covers what it should
 };
 
 // Cuts the cell to a half-space. Vertices within rounding of the plane count as inside.
@@ -57,13 +57,13 @@ struct DepthSpan {
 struct Region {
   glm::dmat3 worldFromView{1.0};  // columns: right, up, forward
   glm::dvec3 eyeWs{0.0};
-  Camera camera;                  // as given
+  Camera camera;  // as given
   ImageSize image;
-  double near = 0.0, far = 0.0;   // view depths of the shadowed volume, before receivers
-  std::span<const Box> receivers; // where there are several; a single one has cut the volume
-  Cell volume;                    // view volume, half-spaces and the only receiver; no vertices: empty
-  int spanCount = 0;              // 0: nothing to shadow
-  DepthSpan spans[kMaxSpans];     // disjoint, ascending; closest ones joined where there are more
+  double near = 0.0, far = 0.0;  // view depths of the shadowed volume, before receivers
+  std::span<const Box> receivers;  // where there are several; a single one has cut the volume
+  Cell volume;  // view volume, half-spaces and the only receiver; no vertices: empty
+  int spanCount = 0;  // 0: nothing to shadow
+  DepthSpan spans[kMaxSpans];  // disjoint, ascending; closest ones joined where there are more
   std::uint32_t warnings = 0;
 };
 

@@ -20,11 +20,11 @@ enum class SplitScheme : std::uint8_t { uniform, logarithmic, practical, explici
 
 struct SplitSettings {
   SplitScheme scheme = SplitScheme::logarithmic;
-  double lambda = 0.5;                // practical: weight of the logarithmic planes [0, 1]
-  double bias = 0.0;                  // practical: added to interior planes, world units [>= 0]
+  double lambda = 0.5;  // practical: weight of the logarithmic planes [0, 1]
+  double bias = 0.0;  // practical: added to interior planes, world units [>= 0]
   std::span<const double> depths = {};  // explicitDepths: interior view depths, strictly increasing
-  int count = 0;                      // partitions [1, Budget::partitions]; 0: as many as the budget allows
-  bool automatic = false;             // the least count whose predicted error meets Budget::targetError; count is then ignored
+  int count = 0;  // partitions [1, Budget::partitions]; 0: as many as the budget allows
+  bool automatic = false;  // the least count whose predicted error meets Budget::targetError; count is then ignored
 };
 
 // Depth intervals to serve, in order, disjoint; each ends where the next begins unless receivers leave a gap.

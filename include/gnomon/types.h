@@ -78,10 +78,10 @@ enum class Status : std::uint8_t {
 // What still works but deserves a look: bits of Solution::warnings.
 enum class Warning : std::uint32_t {
   worldSpacePrecision = 1u << 0,  // float32 world-space matrices lose over a tenth of a texel here
-  viewDepthSelection = 1u << 1,   // the camera's depth buffer cannot tell neighbouring splits apart: select by view depth
-  targetMissed = 1u << 2,         // the target error needs more maps or texels than the budget allows
-  atlasReduced = 1u << 3,         // maps were scaled down alike to fit the atlas
-  regionSimplified = 1u << 4,     // more half-spaces cut the view than a cell can hold: the rest were ignored (maps cover more)
+  viewDepthSelection = 1u << 1,  // the camera's depth buffer cannot tell neighbouring splits apart: select by view depth
+  targetMissed = 1u << 2,  // the target error needs more maps or texels than the budget allows
+  atlasReduced = 1u << 3,  // maps were scaled down alike to fit the atlas
+  regionSimplified = 1u << 4,  // more half-spaces cut the view than a cell can hold: the rest were ignored (maps cover more)
 };
 inline constexpr int kWarningCount = 5;
 [[nodiscard]] const char* warningText(Warning warning) noexcept;
@@ -95,14 +95,14 @@ enum class Projection : std::uint8_t { perspective, orthographic };
 struct Camera {
   glm::dvec3 positionWs{0.0};
   glm::dvec3 forwardWs{0.0, 0.0, -1.0};  // any length
-  glm::dvec3 upWs{0.0, 1.0, 0.0};        // any length, not along forward
+  glm::dvec3 upWs{0.0, 1.0, 0.0};  // any length, not along forward
   Projection projection = Projection::perspective;
   // Where the view volume ends left, right, down and up, positive outward: tangents of the half angles (perspective),
   // half extents in world units (orthographic). Each may be <= 0 (off-axis); left + right and down + up must be > 0.
   double left = 1.0, right = 1.0, down = 1.0, up = 1.0;
-  double near = 0.1;                     // view depth; > 0 for perspective, any finite number for orthographic
-  double far = 1000.0;                   // view depth > near; may be kInfinity for perspective, with a shadowDistance
-  double shadowDistance = kInfinity;     // view depth beyond which nothing is shadowed; below near it leaves nothing
+  double near = 0.1;  // view depth; > 0 for perspective, any finite number for orthographic
+  double far = 1000.0;  // view depth > near; may be kInfinity for perspective, with a shadowDistance
+  double shadowDistance = kInfinity;  // view depth beyond which nothing is shadowed; below near it leaves nothing
   DepthConvention depth = DepthConvention::negativeOneToOne;  // of the camera's own depth buffer (32-bit float)
 };
 
@@ -121,17 +121,17 @@ struct Box {
 
 // What the scene holds; every part may be empty.
 struct Scene {
-  std::span<const Box> receivers = {};     // what must be shadowed: their union; none: the whole view volume
-  std::span<const Box> casters = {};       // what can cast; none: anything can, and depth is clamped
-  std::span<const glm::dvec4> planes = {}; // half-spaces a x + b y + c z + d >= 0 that receivers keep to
+  std::span<const Box> receivers = {};  // what must be shadowed: their union; none: the whole view volume
+  std::span<const Box> casters = {};  // what can cast; none: anything can, and depth is clamped
+  std::span<const glm::dvec4> planes = {};  // half-spaces a x + b y + c z + d >= 0 that receivers keep to
 };
 
 // Room around what must be shadowed.
 struct Margin {
-  double filter = 0.0;        // texels a filter reaches sideways [>= 0]
+  double filter = 0.0;  // texels a filter reaches sideways [>= 0]
   double normalOffset = 0.0;  // texels a receiver is moved along its normal [>= 0]
-  double blend = 0.0;         // share of a slice, at its far end, that the next map covers too [0, 1)
-  int border = 0;             // texels kept free around each viewport in the atlas [0, 1024]
+  double blend = 0.0;  // share of a slice, at its far end, that the next map covers too [0, 1)
+  int border = 0;  // texels kept free around each viewport in the atlas [0, 1024]
 };
 
 // How the shadow map's API lays out clip space and texture.
@@ -139,7 +139,7 @@ struct Margin {
 enum class ClipStyle : std::uint8_t { openGl, vulkan, direct3d };
 
 enum class MapLayout : std::uint8_t {
-  atlas,   // rectangles of different sizes in one texture
+  atlas,  // rectangles of different sizes in one texture
   layers,  // one square layer of an array texture for each map
 };
 
@@ -151,16 +151,16 @@ struct ShadowMap {
 
 // What may be spent. One of resolution and texels decides (texels where both are given).
 struct Budget {
-  int partitions = 4;        // maps [1, kMaxPartitions]
-  int resolution = 2048;     // each allowed map has resolution x resolution texels, in any aspect [1, kMaxTextureSide]
-  double texels = 0.0;       // total for all maps; 0: use resolution
-  glm::ivec2 atlas{0, 0};    // largest atlas; 0: kMaxTextureSide
+  int partitions = 4;  // maps [1, kMaxPartitions]
+  int resolution = 2048;  // each allowed map has resolution x resolution texels, in any aspect [1, kMaxTextureSide]
+  double texels = 0.0;  // total for all maps; 0: use resolution
+  glm::ivec2 atlas{0, 0};  // largest atlas; 0: kMaxTextureSide
   double targetError = 1.0;  // texel edges per pixel width that `count = automatic` must reach [> 0]
 };
 
 // How far the shader moves a receiver along its geometric normal before it looks up.
 struct Bias {
-  double slope = 1.0;       // times the least that keeps a plane from shadowing itself, given the texel and the filter [>= 0]
+  double slope = 1.0;  // times the least that keeps a plane from shadowing itself, given the texel and the filter [>= 0]
   double constant = 0.03125;  // longest texel stretches, added: curved surfaces and rounding [>= 0]
 };
 
@@ -174,23 +174,23 @@ struct Frame {
   ShadowMap shadowMap;
   Budget budget;
   Bias bias;
-  double fade = 0.0;        // share of the shadowed depth range, at its far end, over which shadows fade [0, 1]
+  double fade = 0.0;  // share of the shadowed depth range, at its far end, over which shadows fade [0, 1]
   bool worldSpace = false;  // matrices take world positions instead of world - camera position (warned far from the origin)
 };
 
 // Certified maxima over the interval a partition serves, in pixel widths w_i (gnomon/error.h).
 struct TexelError {
-  double s = 0.0;       // texel edge along s over w_i
-  double t = 0.0;       // texel edge along t over w_i
+  double s = 0.0;  // texel edge along s over w_i
+  double t = 0.0;  // texel edge along t over w_i
   double extent = 0.0;  // longest stretch of a texel over w_i
 };
 
 // One shadow map.
 struct Partition {
-  double near = 0.0, far = 0.0;     // view depths served, half-open; closed where no partition begins at far
-  glm::mat4 clipFromWorld{1.0f};    // takes world - Solution::originWs; the block holds these same floats
-  glm::ivec4 viewport{0};           // x, y, width, height in texels; rows counted from v = 0
-  int layer = 0;                    // of an array texture; 0 in an atlas
+  double near = 0.0, far = 0.0;  // view depths served, half-open; closed where no partition begins at far
+  glm::mat4 clipFromWorld{1.0f};  // takes world - Solution::originWs; the block holds these same floats
+  glm::ivec4 viewport{0};  // x, y, width, height in texels; rows counted from v = 0
+  int layer = 0;  // of an array texture; 0 in an atlas
   TexelError error;
   int cullPlaneCount = 0;
   glm::dvec4 cullPlanes[kMaxCullPlanes];  // world half-spaces >= 0, unit normals: together they hold every caster this map needs
@@ -198,20 +198,20 @@ struct Partition {
 
 struct Solution {
   Status status = Status::ok;
-  int refusedIndex = -1;      // which box, plane or split; -1 where the field is not a list
+  int refusedIndex = -1;  // which box, plane or split; -1 where the field is not a list
   double refusedValue = 0.0;  // the value refused (the first bad component of a vector)
-  std::uint32_t warnings = 0; // bits of Warning
-  glm::dvec3 originWs{0.0};   // what the matrices' input is relative to
+  std::uint32_t warnings = 0;  // bits of Warning
+  glm::dvec3 originWs{0.0};  // what the matrices' input is relative to
   int partitionCount = 0;
-  glm::ivec2 atlas{0, 0};     // texels; the size of a layer with MapLayout::layers
-  int layers = 0;             // 1 for an atlas, 0 with nothing to shadow
-  bool depthClamp = false;    // casters nearer to the light than the depth range must be clamped onto it
-  double maxError = 0.0;      // largest of every partition's s and t
+  glm::ivec2 atlas{0, 0};  // texels; the size of a layer with MapLayout::layers
+  int layers = 0;  // 1 for an atlas, 0 with nothing to shadow
+  bool depthClamp = false;  // casters nearer to the light than the depth range must be clamped onto it
+  double maxError = 0.0;  // largest of every partition's s and t
   double neededTexels = 0.0;  // sum of s t width height: texels for error 1 everywhere, shares free
-  double storageFactor = 0.0; // neededTexels over the image's pixels
-  double limitTexels = 0.0;   // least that any parameterization of one light plane needs; NaN-free: 0 where unknown
+  double storageFactor = 0.0;  // neededTexels over the image's pixels
+  double limitTexels = 0.0;  // least that any parameterization of one light plane needs; NaN-free: 0 where unknown
   Partition partitions[kMaxPartitions];
-  GnomonBlock block{};        // upload as is
+  GnomonBlock block{};  // upload as is
 };
 
 }  // namespace gnomon

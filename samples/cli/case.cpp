@@ -17,7 +17,7 @@
 namespace gnomon::cli {
 namespace {
 
-constexpr std::size_t kDeepest = 64;      // nesting of a case; its own form needs five
+constexpr std::size_t kDeepest = 64;  // nesting of a case; its own form needs five
 constexpr std::size_t kLongestText = 160;  // characters of a refused value that a message repeats
 
 // JSON on one line, its numbers as short as they can be.
@@ -107,7 +107,7 @@ class Builder {
     return false;
   }
 
-  const std::string& error() const { return m_error; }    // names a field
+  const std::string& error() const { return m_error; }  // names a field
   const std::string& syntax() const { return m_syntax; }  // names a line and a column
   bool isOverflow() const { return m_isOverflow; }
 
@@ -180,7 +180,8 @@ class Fields {
       bool isKnown = false;
       for (const std::string& name : allowed) isKnown = isKnown || name == item.key();
       if (!isKnown)
-        throw Refusal(field(word(item.key())) + ": is not a known key; " + (m_path.empty() ? "a case" : m_path) + " takes " + join(allowed));
+        throw Refusal(field(word(item.key())) + ": is not a known key; " + (m_path.empty() ? "a case" : m_path) + " takes " +
+                      join(allowed));
     }
   }
 
@@ -612,7 +613,8 @@ std::string refusalText(const Case& input, const Solution& solution) {
   std::string got = shortest(solution.refusedValue);
   if (at)
     if (const std::string given = wordOrText(*at); given.size() <= kLongestText) got = given;
-  if (solution.status == Status::floatRange) got = "near " + shortest(input.frame.camera.near) + " and far " + shortest(input.frame.camera.far);
+  if (solution.status == Status::floatRange)
+    got = "near " + shortest(input.frame.camera.near) + " and far " + shortest(input.frame.camera.far);
   return name + ": " + statusRule(solution.status) + ", got " + got;
 }
 
@@ -623,10 +625,12 @@ const std::vector<Method>& methods() {
         {"pssm",
          "parallel-split shadow maps: one map for each slice of view depth [Zhang 2006]",
          {
-             {"split", join(kSplitWords), kSplitWords[static_cast<std::size_t>(fallback.split.scheme)], "how the slices share the depth range"},
+             {"split", join(kSplitWords), kSplitWords[static_cast<std::size_t>(fallback.split.scheme)],
+              "how the slices share the depth range"},
              {"lambda", "number in [0, 1]", fallback.split.lambda, "practical: weight of the logarithmic planes"},
              {"bias", "number >= 0", fallback.split.bias, "practical: added to the interior planes, world units"},
-             {"splits", "list of view depths, strictly increasing", nullptr, "explicit: the interior planes (needed there, refused elsewhere)"},
+             {"splits", "list of view depths, strictly increasing", nullptr,
+              "explicit: the interior planes (needed there, refused elsewhere)"},
              {"count", "whole number in [1, budget.partitions], or automatic", nullptr,
               "slices; left out: as many as the budget allows; automatic: the fewest that meet budget.target_error"},
              {"fit", join(kFitWords), kFitWords[static_cast<std::size_t>(fallback.fit)],

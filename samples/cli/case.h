@@ -65,7 +65,7 @@ void setField(Json& root, const std::string& assignment);
 struct Setting {
   std::string name;
   std::string values;  // what is allowed
-  Json fallback;       // the library's default
+  Json fallback;  // the library's default
   std::string meaning;
 };
 struct Method {

@@ -67,7 +67,8 @@ int listMethods(bool isJson) {
     for (const cli::Method& method : cli::methods()) {
       Json settings = Json::array();
       for (const cli::Setting& setting : method.settings)
-        settings.push_back({{"name", setting.name}, {"values", setting.values}, {"default", setting.fallback}, {"meaning", setting.meaning}});
+        settings.push_back(
+            {{"name", setting.name}, {"values", setting.values}, {"default", setting.fallback}, {"meaning", setting.meaning}});
       out.push_back({{"name", method.name}, {"meaning", method.meaning}, {"settings", settings}});
     }
     std::cout << cli::layOut(out);
@@ -76,8 +77,8 @@ int listMethods(bool isJson) {
   for (const cli::Method& method : cli::methods()) {
     std::cout << method.name << ": " << method.meaning << "\n";
     for (const cli::Setting& setting : method.settings)
-      std::cout << "  " << std::left << std::setw(8) << setting.name << " " << setting.meaning << "\n           " << setting.values << "; default "
-                << setting.fallback.dump() << "\n";
+      std::cout << "  " << std::left << std::setw(8) << setting.name << " " << setting.meaning << "\n           " << setting.values
+                << "; default " << setting.fallback.dump() << "\n";
   }
   return 0;
 }
@@ -112,7 +113,8 @@ offscreen::Mesh loadScene(const std::string& name) {
 // The side of a picture: the solver takes any size, a picture whole pixels that a texture can hold.
 int pictureSide(const char* field, double side) {
   if (side != std::floor(side) || !(side >= 1.0 && side <= kMaxTextureSide))
-    throw Refusal(std::string(field) + ": must be a whole number in [1, " + std::to_string(kMaxTextureSide) + "] to render, got " + cli::shortest(side));
+    throw Refusal(std::string(field) + ": must be a whole number in [1, " + std::to_string(kMaxTextureSide) + "] to render, got " +
+                  cli::shortest(side));
   return static_cast<int>(side);
 }
 
@@ -148,8 +150,9 @@ int render(const SolveArguments& arguments, const std::string& scene, const std:
   offscreen::writeArrays(picture, folder);
   writeText(folder + "/result.json", cli::layOut(result));
   const offscreen::WrongPixels& wrong = picture.wrong;
-  std::cout << "wrong " << percent(wrong.share()) << " of " << wrong.counted << " pixels that face the light (" << wrong.wrongNear << " within a pixel of a true edge, "
-            << wrong.wrongFar << " farther), " << std::setprecision(3) << wrong.perEdge() << " per edge pixel; " << folder << "/\n";
+  std::cout << "wrong " << percent(wrong.share()) << " of " << wrong.counted << " pixels that face the light (" << wrong.wrongNear
+            << " within a pixel of a true edge, " << wrong.wrongFar << " farther), " << std::setprecision(3) << wrong.perEdge()
+            << " per edge pixel; " << folder << "/\n";
   return 0;
 }
 
@@ -205,7 +208,8 @@ int run(const std::string& file, const std::string& folder) {
   if (!file.empty()) given = open(file);
   const std::vector<std::string> names = file.empty() ? offscreen::builtInNames() : std::vector<std::string>{file};
   offscreen::Renderer renderer;
-  std::cerr << "rendering on " << renderer.device() << ", " << kWidth << " x " << kHeight << ", four maps of 2048 x 2048 texels, unfiltered\n";
+  std::cerr << "rendering on " << renderer.device() << ", " << kWidth << " x " << kHeight
+            << ", four maps of 2048 x 2048 texels, unfiltered\n";
   Table table({"scene", "light", "passes", "texels", "max error", "needed/limit", "wrong", "near edge", "farther", "solve", "frame"});
   std::filesystem::create_directories(folder);
   for (const std::string& name : names) {
@@ -224,7 +228,8 @@ int run(const std::string& file, const std::string& folder) {
       frame.scene.receivers = {&bounds, 1};
       auto solution = std::make_unique<Solution>();
       const double ns = cli::timedSolve(frame, {}, kTimings, *solution);
-      if (solution->status != Status::ok) throw std::runtime_error(title + ": " + statusField(solution->status) + " " + statusRule(solution->status));
+      if (solution->status != Status::ok)
+        throw std::runtime_error(title + ": " + statusField(solution->status) + " " + statusRule(solution->status));
       const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, frame, *solution, {});
       offscreen::writePictures(picture, folder + "/" + title + "-" + view.camera + "-" + view.light);
       Frame whole = frame;  // the limit is known for a whole frustum only: the same view without its receivers
@@ -232,16 +237,21 @@ int run(const std::string& file, const std::string& folder) {
       auto wholeSolution = std::make_unique<Solution>();
       (void)solvePssm(whole, {}, *wholeSolution);
       double texels = 0.0;
-      for (int i = 0; i < solution->partitionCount; ++i) texels += static_cast<double>(solution->partitions[i].viewport.z) * solution->partitions[i].viewport.w;
-      const std::string ratio = wholeSolution->limitTexels > 0.0 ? number(wholeSolution->neededTexels / wholeSolution->limitTexels, 2) : "-";
-      table.add({title + ", " + view.camera, view.light, std::to_string(solution->partitionCount), number(texels / 1e6, 1) + " M", number(solution->maxError, 2), ratio,
-                 percent(picture.wrong.share()), std::to_string(picture.wrong.wrongNear), std::to_string(picture.wrong.wrongFar), number(ns / 1e3, 2) + " us",
-                 number(picture.image.frameMs, 0) + " ms"});
+      for (int i = 0; i < solution->partitionCount; ++i)
+        texels += static_cast<double>(solution->partitions[i].viewport.z) * solution->partitions[i].viewport.w;
+      const std::string ratio =
+          wholeSolution->limitTexels > 0.0 ? number(wholeSolution->neededTexels / wholeSolution->limitTexels, 2) : "-";
+      table.add({title + ", " + view.camera, view.light, std::to_string(solution->partitionCount), number(texels / 1e6, 1) + " M",
+                 number(solution->maxError, 2), ratio, percent(picture.wrong.share()), std::to_string(picture.wrong.wrongNear),
+                 std::to_string(picture.wrong.wrongFar), number(ns / 1e3, 2) + " us", number(picture.image.frameMs, 0) + " ms"});
     }
   }
-  const std::string text = table.text() +
-                           "\nmax error: widest texel edge over a pixel's width, predicted; needed/limit: of the view without its receiver box; wrong: share of the pixels that\n"
-                           "face the light, against ray tracing; near edge: wrong pixels within one pixel of a true shadow edge. Pictures: " + folder + "/*/\n";
+  const std::string text =
+      table.text() +
+      "\nmax error: widest texel edge over a pixel's width, predicted; needed/limit: of the view without its receiver box; wrong: share of "
+      "the pixels that\n"
+      "face the light, against ray tracing; near edge: wrong pixels within one pixel of a true shadow edge. Pictures: " +
+      folder + "/*/\n";
   writeText(folder + "/table.txt", text);
   std::cout << text;
   return 0;

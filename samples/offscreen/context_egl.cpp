@@ -17,7 +17,8 @@ class EglContext final : public Context {
     eglDestroyContext(display_, context_);
   }
   void makeCurrent() override {
-    if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_)) throw std::runtime_error("EGL: cannot make the context current");
+    if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
+      throw std::runtime_error("EGL: cannot make the context current");
   }
   Proc getProc(const char* name) const override { return eglGetProcAddress(name); }
   std::string name() const override { return "EGL surfaceless"; }
@@ -35,10 +36,12 @@ std::unique_ptr<Context> createEglContext(int major, int minor) {
   EGLint eglMajor = 0, eglMinor = 0;
   if (display == EGL_NO_DISPLAY || !eglInitialize(display, &eglMajor, &eglMinor)) throw std::runtime_error("EGL: no surfaceless display");
   eglBindAPI(EGL_OPENGL_API);
-  const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, major, EGL_CONTEXT_MINOR_VERSION, minor, EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                               EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+  const EGLint attributes[] = {
+      EGL_CONTEXT_MAJOR_VERSION,           major,   EGL_CONTEXT_MINOR_VERSION, minor, EGL_CONTEXT_OPENGL_PROFILE_MASK,
+      EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
   EGLContext context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
-  if (context == EGL_NO_CONTEXT) throw std::runtime_error("EGL: no core profile context " + std::to_string(major) + "." + std::to_string(minor));
+  if (context == EGL_NO_CONTEXT)
+    throw std::runtime_error("EGL: no core profile context " + std::to_string(major) + "." + std::to_string(minor));
   return std::make_unique<EglContext>(display, context);
 }
 

@@ -7,14 +7,15 @@
 
 namespace gnomon::offscreen {
 
-Picture makePicture(Renderer& renderer, const Tracer& tracer, const Frame& frame, const Solution& solution,
-                    const RenderOptions& options) {
+Picture makePicture(Renderer& renderer, const Tracer& tracer, const Frame& frame, const Solution& solution, const RenderOptions& options) {
   Picture picture;
   picture.image = renderer.render(frame, solution, options);
   const RenderOutput& image = picture.image;
   std::vector<std::uint8_t> present(image.lit.size());
-  std::transform(image.lit.begin(), image.lit.end(), present.begin(), [](std::uint8_t lit) { return static_cast<std::uint8_t>(lit != kNothing); });
-  picture.truth = tracer.lit(image.position, image.normal, present, solution.originWs, frame.camera.forwardWs, frame.camera.positionWs, frame.light.directionWs);
+  std::transform(image.lit.begin(), image.lit.end(), present.begin(),
+                 [](std::uint8_t lit) { return static_cast<std::uint8_t>(lit != kNothing); });
+  picture.truth = tracer.lit(image.position, image.normal, present, solution.originWs, frame.camera.forwardWs, frame.camera.positionWs,
+                             frame.light.directionWs);
   picture.counted = countedPixels(picture.truth, image.normal, frame.light.directionWs);
   picture.wrong = countWrong(image.width, image.height, image.lit, picture.truth, picture.counted);
   return picture;

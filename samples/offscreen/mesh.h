@@ -12,9 +12,9 @@ namespace gnomon::offscreen {
 struct Mesh {
   std::string name;
   std::vector<glm::vec3> positionsWs;
-  std::vector<std::uint32_t> indices; // three per triangle
+  std::vector<std::uint32_t> indices;  // three per triangle
   glm::dvec3 min{0.0};
   glm::dvec3 max{0.0};
 };
 
-} // namespace gnomon::offscreen
+}  // namespace gnomon::offscreen

@@ -25,6 +25,57 @@ constexpr const char* kCastFragment = R"(
 void main() {}
 )";
 
+constexpr const char* kFlatVertex = R"(
+#include "gnomon_cast.glsl"
+layout(location = 0) in vec3 world;
+uniform int index;
+out float depth;
+void main() {
+  gl_Position = gnomonCastFlat(gnomonCastPosition(gnomon, index, world));
+  depth = gnomonCastWindowDepth(gnomon, index, world);
+}
+)";
+
+constexpr const char* kFlatFragment = R"(
+#include "gnomon_cast.glsl"
+in float depth;
+void main() { gl_FragDepth = gnomonCastDepth(depth); }
+)";
+
+constexpr const char* kAtlasVertex = R"(
+#include "gnomon_cast.glsl"
+layout(location = 0) in vec3 world;
+out float gl_ClipDistance[4];
+void main() {
+  gl_Position = gnomonCastAtlas(gnomon, gl_InstanceID, world);
+  vec4 inside = gnomonCastClip(gnomon, gl_InstanceID, world);
+  for (int i = 0; i < 4; ++i) gl_ClipDistance[i] = inside[i];
+}
+)";
+
+constexpr const char* kLayerVertex = R"(
+layout(location = 0) in vec3 position;
+out vec3 world;
+void main() { world = position; }
+)";
+
+constexpr const char* kLayerGeometry = R"(
+#include "gnomon_cast.glsl"
+layout(triangles) in;
+layout(triangle_strip, max_vertices = 48) out;  // three for each of GNOMON_MAX_PARTITIONS maps
+in vec3 world[];
+void main() {
+  for (int index = 0; index < int(gnomon.info.x); ++index) {
+    for (int i = 0; i < 3; ++i) {
+      gl_Layer = gnomonCastLayer(gnomon, index);
+      gl_Position = gnomonCastPosition(gnomon, index, world[i]);
+      EmitVertex();
+    }
+    EndPrimitive();
+  }
+}
+)";
+
 constexpr const char* kViewVertex = R"(
 layout(location = 0) in vec3 position;
 uniform mat4 clipFromWorld;
@@ -131,16 +182,23 @@ glm::mat4 clipFromRelative(const Camera& camera, const glm::dvec3& originWs) {
   const double n = camera.near, f = camera.far, width = camera.left + camera.right, height = camera.down + camera.up;
   glm::dvec4 depth;
   if (!std::isfinite(f)) {
-    depth = camera.depth == DepthConvention::negativeOneToOne ? z - one * (2.0 * n) : camera.depth == DepthConvention::zeroToOne ? z - one * n : one * n;
+    depth = camera.depth == DepthConvention::negativeOneToOne ? z - one * (2.0 * n)
+            : camera.depth == DepthConvention::zeroToOne      ? z - one * n
+                                                              : one * n;
   } else {
-    const glm::dvec4 fromNear = (isPerspective ? f : 1.0) * (z - one * n) / (f - n), fromFar = (isPerspective ? n : 1.0) * (one * f - z) / (f - n);
-    depth = camera.depth == DepthConvention::negativeOneToOne ? fromNear - fromFar : camera.depth == DepthConvention::zeroToOne ? fromNear : fromFar;
+    const glm::dvec4 fromNear = (isPerspective ? f : 1.0) * (z - one * n) / (f - n),
+                     fromFar = (isPerspective ? n : 1.0) * (one * f - z) / (f - n);
+    depth = camera.depth == DepthConvention::negativeOneToOne ? fromNear - fromFar
+            : camera.depth == DepthConvention::zeroToOne      ? fromNear
+                                                              : fromFar;
   }
-  return glm::mat4(glm::transpose(glm::dmat4((2.0 * x - (camera.right - camera.left) * k) / width, (2.0 * y - (camera.up - camera.down) * k) / height, depth, k)));
+  return glm::mat4(glm::transpose(
+      glm::dmat4((2.0 * x - (camera.right - camera.left) * k) / width, (2.0 * y - (camera.up - camera.down) * k) / height, depth, k)));
 }
 
 void setConvention(DepthConvention depth, bool isFromTop) {
-  gl::ClipControl(isFromTop ? GL_UPPER_LEFT : GL_LOWER_LEFT, depth == DepthConvention::negativeOneToOne ? GL_NEGATIVE_ONE_TO_ONE : GL_ZERO_TO_ONE);
+  gl::ClipControl(isFromTop ? GL_UPPER_LEFT : GL_LOWER_LEFT,
+                  depth == DepthConvention::negativeOneToOne ? GL_NEGATIVE_ONE_TO_ONE : GL_ZERO_TO_ONE);
   const bool isReversed = depth == DepthConvention::reversedZeroToOne;
   gl::DepthFunc(isReversed ? GL_GREATER : GL_LESS);
   gl::ClearDepth(isReversed ? 0.0 : 1.0);
@@ -184,7 +242,8 @@ class Framebuffer {
   Framebuffer& operator=(const Framebuffer&) = delete;
   void bind() const { gl::BindFramebuffer(GL_FRAMEBUFFER, name_); }
   static void require() {
-    if (gl::CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) throw std::runtime_error("OpenGL: the framebuffer is not complete");
+    if (gl::CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
+      throw std::runtime_error("OpenGL: the framebuffer is not complete");
   }
 
  private:
@@ -205,7 +264,8 @@ void pictureOfMaps(const Solution& solution, bool isReversed, const Texture& map
   for (int y = 0; y < out.mapsHeight; ++y)
     for (int x = 0; x < out.mapsWidth; ++x) {
       const int column = x * step, row = (out.mapsHeight - 1 - y) * step, layer = column / width;
-      const std::size_t at = (static_cast<std::size_t>(layer) * static_cast<std::size_t>(height) + static_cast<std::size_t>(row)) * static_cast<std::size_t>(width);
+      const std::size_t at = (static_cast<std::size_t>(layer) * static_cast<std::size_t>(height) + static_cast<std::size_t>(row)) *
+                             static_cast<std::size_t>(width);
       const float d = depth[at + static_cast<std::size_t>(column % width)];
       out.maps[static_cast<std::size_t>(y) * static_cast<std::size_t>(out.mapsWidth) + static_cast<std::size_t>(x)] =
           static_cast<std::uint8_t>(std::lround(255.0f * std::clamp(isReversed ? 1.0f - d : d, 0.0f, 1.0f)));
@@ -213,15 +273,16 @@ void pictureOfMaps(const Solution& solution, bool isReversed, const Texture& map
 }
 
 // Lambert under a warm sun and a sky that is brighter above; a sky where nothing is.
-void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<float>& position, const std::vector<float>& normal, const std::vector<float>& tint,
-           RenderOutput& out) {
+void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<float>& position, const std::vector<float>& normal,
+           const std::vector<float>& tint, RenderOutput& out) {
   const glm::dvec3 towardsLight = -glm::normalize(frame.light.directionWs), eye = frame.camera.positionWs - originWs;
   const auto [right, up, forward] = axesOf(frame.camera);
   const double far = std::min(frame.camera.far, frame.camera.shadowDistance);
   const glm::dvec3 sun(1.0, 0.93, 0.8), zenith(0.24, 0.33, 0.5), ground(0.2, 0.19, 0.18), haze(0.62, 0.7, 0.8);
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x) {
-      const std::size_t source = static_cast<std::size_t>(out.height - 1 - y) * static_cast<std::size_t>(out.width) + static_cast<std::size_t>(x);
+      const std::size_t source =
+          static_cast<std::size_t>(out.height - 1 - y) * static_cast<std::size_t>(out.width) + static_cast<std::size_t>(x);
       const std::size_t target = static_cast<std::size_t>(y) * static_cast<std::size_t>(out.width) + static_cast<std::size_t>(x);
       const float* p = &position[4 * source];
       const float* n = &normal[4 * source];
@@ -240,7 +301,8 @@ void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<flo
         const glm::dvec3 at(p[0], p[1], p[2]), facing(n[0], n[1], n[2]);
         const glm::dvec3 ambient = glm::mix(ground, zenith, 0.5 + 0.5 * facing.y);
         colour = 0.78 * (0.75 * ambient + 0.85 * sun * (std::max(glm::dot(facing, towardsLight), 0.0) * static_cast<double>(p[3])));
-        tinted = colour * glm::dvec3(tint[4 * source], tint[4 * source + 1], tint[4 * source + 2]) * (1.0 - 0.15 * static_cast<double>(tint[4 * source + 3]));
+        tinted = colour * glm::dvec3(tint[4 * source], tint[4 * source + 1], tint[4 * source + 2]) *
+                 (1.0 - 0.15 * static_cast<double>(tint[4 * source + 3]));
         const double distance = std::isfinite(far) ? glm::dot(at - eye, forward) / far : 0.0;
         colour = glm::mix(colour, haze, 0.35 * std::clamp(distance * distance, 0.0, 1.0));
       }
@@ -255,7 +317,7 @@ void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<flo
 
 struct Renderer::State {
   std::unique_ptr<Context> context;
-  GLuint cast = 0, view = 0, vertexArray = 0, vertices = 0, elements = 0, block = 0;
+  GLuint cast = 0, flat = 0, atlas = 0, layer = 0, view = 0, vertexArray = 0, vertices = 0, elements = 0, block = 0;
   std::unique_ptr<Texture> normals;
   Mesh mesh;
   bool isPlaced = false;  // positions are on the device, relative to origin
@@ -266,8 +328,7 @@ struct Renderer::State {
   ~State() {
     if (!context) return;
     normals.reset();
-    gl::DeleteProgram(cast);
-    gl::DeleteProgram(view);
+    for (const GLuint program : {cast, flat, atlas, layer, view}) gl::DeleteProgram(program);
     for (GLuint* buffer : {&vertices, &elements, &block}) gl::DeleteBuffers(1, buffer);
     gl::DeleteVertexArrays(1, &vertexArray);
   }
@@ -288,7 +349,8 @@ struct Renderer::State {
     isPlaced = true;
     origin = originWs;
     std::vector<glm::vec3> relative(mesh.positionsWs.size());
-    std::transform(mesh.positionsWs.begin(), mesh.positionsWs.end(), relative.begin(), [&](const glm::vec3& p) { return glm::vec3(glm::dvec3(p) - originWs); });
+    std::transform(mesh.positionsWs.begin(), mesh.positionsWs.end(), relative.begin(),
+                   [&](const glm::vec3& p) { return glm::vec3(glm::dvec3(p) - originWs); });
     gl::BindVertexArray(vertexArray);
     gl::BindBuffer(GL_ARRAY_BUFFER, vertices);
     gl::BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(relative.size() * sizeof relative[0]), relative.data(), GL_STATIC_DRAW);
@@ -301,7 +363,8 @@ struct Renderer::State {
     const std::size_t triangles = indices.size() / 3, rows = (triangles + kWidth - 1) / kWidth;
     std::vector<glm::vec3> faces(std::max<std::size_t>(rows, 1) * kWidth, glm::vec3(0.0f, 1.0f, 0.0f));
     for (std::size_t t = 0; t < triangles; ++t) {
-      const glm::dvec3 a(mesh.positionsWs[indices[3 * t]]), b(mesh.positionsWs[indices[3 * t + 1]]), c(mesh.positionsWs[indices[3 * t + 2]]);
+      const glm::dvec3 a(mesh.positionsWs[indices[3 * t]]), b(mesh.positionsWs[indices[3 * t + 1]]),
+          c(mesh.positionsWs[indices[3 * t + 2]]);
       const glm::dvec3 n = glm::cross(b - a, c - a);
       if (const double length = glm::length(n); length > 0.0) faces[t] = glm::vec3(n / length);
     }
@@ -316,8 +379,13 @@ Renderer::Renderer(Backend backend, const std::string& version) : state_(std::ma
   gl::load(*context);
   state_->context = std::move(context);
   state_->cast = buildProgram(version, {{GL_VERTEX_SHADER, kCastVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
+  state_->flat = buildProgram(version, {{GL_VERTEX_SHADER, kFlatVertex}, {GL_FRAGMENT_SHADER, kFlatFragment}});
+  state_->atlas = buildProgram(version, {{GL_VERTEX_SHADER, kAtlasVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
+  state_->layer =
+      buildProgram(version, {{GL_VERTEX_SHADER, kLayerVertex}, {GL_GEOMETRY_SHADER, kLayerGeometry}, {GL_FRAGMENT_SHADER, kCastFragment}});
   state_->view = buildProgram(version, {{GL_VERTEX_SHADER, kViewVertex}, {GL_FRAGMENT_SHADER, kViewFragment}});
-  for (const GLuint program : {state_->cast, state_->view}) gl::UniformBlockBinding(program, gl::GetUniformBlockIndex(program, "gnomonUniforms"), 0);
+  for (const GLuint program : {state_->cast, state_->flat, state_->atlas, state_->layer, state_->view})
+    gl::UniformBlockBinding(program, gl::GetUniformBlockIndex(program, "gnomonUniforms"), 0);
   gl::GenVertexArrays(1, &state_->vertexArray);
   for (GLuint* buffer : {&state_->vertices, &state_->elements, &state_->block}) gl::GenBuffers(1, buffer);
 }
@@ -380,9 +448,29 @@ RenderOutput Renderer::render(const Frame& frame, const Solution& solution, cons
     mapTarget.bind();
     setConvention(frame.shadowMap.depth, frame.shadowMap.style == ClipStyle::direct3d);
     gl::Enable(GL_DEPTH_TEST);
-    if (solution.depthClamp) gl::Enable(GL_DEPTH_CLAMP);
-    gl::UseProgram(s.cast);
+    const bool byFragment = options.castPath == CastPath::fragmentDepth;
+    if (solution.depthClamp && !byFragment) gl::Enable(GL_DEPTH_CLAMP);
     gl::BindVertexArray(s.vertexArray);
+    if (options.castPath == CastPath::wholeAtlas || options.castPath == CastPath::layers) {
+      const bool isAtlas = options.castPath == CastPath::wholeAtlas;
+      const auto count = static_cast<GLsizei>(s.indices.size());
+      gl::FramebufferTexture(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, maps.name(), 0);
+      Framebuffer::require();
+      gl::Viewport(0, 0, atlas.x, atlas.y);
+      gl::Clear(GL_DEPTH_BUFFER_BIT);
+      gl::UseProgram(isAtlas ? s.atlas : s.layer);
+      for (GLenum i = 0; isAtlas && i < 4; ++i) gl::Enable(GL_CLIP_DISTANCE0 + i);
+      if (isAtlas)
+        gl::DrawElementsInstanced(GL_TRIANGLES, count, GL_UNSIGNED_INT, nullptr, solution.partitionCount);
+      else
+        gl::DrawElements(GL_TRIANGLES, count, GL_UNSIGNED_INT, nullptr);
+      for (GLenum i = 0; i < 4; ++i) gl::Disable(GL_CLIP_DISTANCE0 + i);
+      out.shadowTriangles = s.indices.size() / 3 * static_cast<std::size_t>(solution.partitionCount);
+      gl::Disable(GL_DEPTH_CLAMP);
+      return;
+    }
+    const GLuint program = byFragment ? s.flat : s.cast;
+    gl::UseProgram(program);
     for (int layer = 0; layer < layers; ++layer) {
       gl::FramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, maps.name(), 0, layer);
       Framebuffer::require();
@@ -394,11 +482,12 @@ RenderOutput Renderer::render(const Frame& frame, const Solution& solution, cons
         if (map.layer != layer) continue;
         gl::Viewport(map.viewport.x, map.viewport.y, map.viewport.z, map.viewport.w);
         gl::Scissor(map.viewport.x, map.viewport.y, map.viewport.z, map.viewport.w);
-        gl::Uniform1i(gl::GetUniformLocation(s.cast, "index"), i);
+        gl::Uniform1i(gl::GetUniformLocation(program, "index"), i);
         for (const Chunk& chunk : s.chunks) {
           if (!mayCast(map, chunk.bounds)) continue;
           out.shadowTriangles += chunk.count / 3;
-          gl::DrawElements(GL_TRIANGLES, static_cast<GLsizei>(chunk.count), GL_UNSIGNED_INT, reinterpret_cast<const void*>(chunk.first * sizeof(std::uint32_t)));
+          gl::DrawElements(GL_TRIANGLES, static_cast<GLsizei>(chunk.count), GL_UNSIGNED_INT,
+                           reinterpret_cast<const void*>(chunk.first * sizeof(std::uint32_t)));
         }
       }
     }

@@ -17,25 +17,34 @@ namespace gnomon::offscreen {
 
 enum class Filter { none, box3x3, tent };
 
+// How the shadow maps are drawn: all the ways of gnomon_cast.glsl.
+enum class CastPath {
+  eachMap,  // a pass for each map: viewport and scissor
+  fragmentDepth,  // the same, depth clamped by the fragment stage instead of the API
+  wholeAtlas,  // one pass over the atlas, an instance for each map, cut by clip distances
+  layers,  // one pass over an array texture, a layer for each map from the geometry stage (MapLayout::layers)
+};
+
 struct RenderOptions {
   int width = 1280, height = 720;
   Filter filter = Filter::none;
+  CastPath castPath = CastPath::eachMap;
   bool selectByViewDepth = false;  // as a pass without a depth buffer would
-  bool time = true;                // draw once more, warm, for the times
+  bool time = true;  // draw once more, warm, for the times
 };
 
 // Rows top first.
 struct RenderOutput {
   int width = 0, height = 0;
-  std::vector<float> position;       // height x width x 3: world - origin, 0 where there is nothing
-  std::vector<float> normal;         // height x width x 3: geometric, unit, towards the viewer
-  std::vector<std::uint8_t> lit;     // height x width: 0 shadowed, 1 lit, 2 nothing (filtered: lit from one half)
-  std::vector<std::uint8_t> index;   // height x width: partition, 255 none
+  std::vector<float> position;  // height x width x 3: world - origin, 0 where there is nothing
+  std::vector<float> normal;  // height x width x 3: geometric, unit, towards the viewer
+  std::vector<std::uint8_t> lit;  // height x width: 0 shadowed, 1 lit, 2 nothing (filtered: lit from one half)
+  std::vector<std::uint8_t> index;  // height x width: partition, 255 none
   std::vector<std::uint8_t> shaded;  // height x width x 3: the picture, sRGB
   std::vector<std::uint8_t> tinted;  // height x width x 3: partitions tinted, texels' borders drawn
   int mapsWidth = 0, mapsHeight = 0;
-  std::vector<std::uint8_t> maps;    // mapsHeight x mapsWidth, grey: every shadow map, near dark; 0 x 0 without maps
-  std::size_t shadowTriangles = 0;   // drawn in all maps after culling
+  std::vector<std::uint8_t> maps;  // mapsHeight x mapsWidth, grey: every shadow map, near dark; 0 x 0 without maps
+  std::size_t shadowTriangles = 0;  // drawn in all maps after culling
   double shadowMs = 0.0, frameMs = 0.0;  // shadow passes; these and the camera's pass, finished
 };
 

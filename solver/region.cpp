@@ -129,14 +129,14 @@ Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept {
   }
   // A convex face is crossed twice or not at all; each crossed face adds one edge, so there are as many as crossings.
   if (kept + crossings > kMaxCellVertices || keptEdges + crossings > kMaxCellEdges || cell.planeCount == kMaxCellPlanes) return Cut::kept;
-  signed char onFace[kMaxCellPlanes][2];
-  signed char faceCrossings[kMaxCellPlanes] = {};
+  std::uint8_t onFace[kMaxCellPlanes][2];
+  std::uint8_t faceCrossings[kMaxCellPlanes] = {};
   for (int i = 0, v = kept; i < cell.edgeCount; ++i) {
     const Cell::Edge& edge = cell.edges[i];
     if (isInside[edge.from] == isInside[edge.to]) continue;
     for (const int face : {edge.left, edge.right}) {
       if (faceCrossings[face] == 2) return Cut::kept;  // rounding bent a face across the plane
-      onFace[face][static_cast<int>(faceCrossings[face]++)] = static_cast<signed char>(v);
+      onFace[face][faceCrossings[face]++] = static_cast<std::uint8_t>(v);
     }
     ++v;
   }
@@ -174,9 +174,7 @@ Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept {
     if (isInside[i]) cell.vertices[moved[i]] = cell.vertices[i];
   std::copy_n(fresh, added, cell.vertices + kept);
   for (int face = 0; face < cell.planeCount; ++face)
-    if (faceCrossings[face] == 2)
-      cell.edges[edges++] = {static_cast<std::uint8_t>(onFace[face][0]), static_cast<std::uint8_t>(onFace[face][1]),
-                             static_cast<std::uint8_t>(face), newFace};
+    if (faceCrossings[face] == 2) cell.edges[edges++] = {onFace[face][0], onFace[face][1], static_cast<std::uint8_t>(face), newFace};
   cell.planes[cell.planeCount++] = plane;
   cell.vertexCount = kept + added;
   cell.edgeCount = edges;
@@ -188,8 +186,9 @@ void boxCell(const glm::dvec3& least, const glm::dvec3& greatest, const glm::dma
   for (int i = 0; i < 8; ++i)
     cell.vertices[i] = axes * glm::dvec3((i & 1) ? greatest.x : least.x, (i & 2) ? greatest.y : least.y, (i & 4) ? greatest.z : least.z);
   for (int axis = 0; axis < 3; ++axis) {
-    cell.planes[2 * axis] = {axes[axis], -least[axis]};
-    cell.planes[2 * axis + 1] = {-axes[axis], greatest[axis]};
+    Plane* pair = cell.planes + axis + axis;
+    pair[0] = {axes[axis], -least[axis]};
+    pair[1] = {-axes[axis], greatest[axis]};
   }
 }
 

@@ -12,7 +12,8 @@
 
 #define GNOMON_GL_FUNCTIONS(X)                                                                                                             \
   X(ActiveTexture)                                                                                                                         \
-  X(AttachShader) X(BindBuffer) X(BindBufferBase) X(BindFramebuffer) X(BindTexture) X(BindVertexArray) X(BufferData) X(BufferSubData)      \
+  X(AttachShader)                                                                                                                          \
+  X(BindBuffer) X(BindBufferBase) X(BindFramebuffer) X(BindTexture) X(BindVertexArray) X(BufferData) X(BufferSubData)                      \
       X(CheckFramebufferStatus) X(Clear) X(ClearBufferfv) X(ClearBufferuiv) X(ClearDepth) X(ClipControl) X(CompileShader) X(CreateProgram) \
           X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays)  \
               X(DepthFunc) X(Disable) X(DrawArrays) X(DrawBuffer) X(DrawBuffers) X(DrawElements) X(DrawElementsInstanced) X(Enable)        \

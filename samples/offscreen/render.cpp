@@ -90,7 +90,7 @@ constexpr const char* kViewFragment = R"(
 #include "gnomon.glsl"
 uniform sampler2DArray maps;
 uniform sampler2D normals;  // one texel for each triangle
-uniform int isReversed, filterKind, byViewDepth;
+uniform int isReversed, byViewDepth;
 uniform vec3 eye, towardsEye;  // eye - origin; or, for an orthographic view, the direction back to it
 uniform float eyeShare;        // 1 perspective, 0 orthographic
 in vec3 world;
@@ -110,15 +110,15 @@ void main() {
   if (dot(normal, back) < 0.0) normal = -normal;
   float viewDepth = gnomonViewDepth(gnomon, world);
   int index = byViewDepth != 0 ? gnomonSelectView(gnomon, viewDepth) : gnomonSelect(gnomon, gl_FragCoord.z, world);
-  float lit;
-  if (filterKind == 0) lit = gnomonShadow(gnomon, 0, index, world, normal);
-  else if (filterKind == 1) lit = gnomonShadow3x3(gnomon, 0, index, world, normal);
-  else lit = gnomonShadowTent(gnomon, 0, index, world, normal);
+  float lit = SHADOW(gnomon, 0, index, world, normal);
   outPosition = vec4(world, mix(1.0, lit, gnomonFade(gnomon, viewDepth)));
   outNormal = vec4(normal, float(index));
   outTint = vec4(gnomonTint(index), gnomonGrid(gnomon, index, world));
 }
 )";
+
+// By Filter. A program for each: a branch would put the cost of all three into every frame.
+constexpr std::array<const char*, 3> kShadowFunctions{"gnomonShadow", "gnomonShadow3x3", "gnomonShadowTent"};
 
 // Triangles that lie together, drawn or culled as one.
 struct Chunk {
@@ -200,7 +200,7 @@ void setConvention(DepthConvention depth, bool isFromTop) {
   gl::ClipControl(isFromTop ? GL_UPPER_LEFT : GL_LOWER_LEFT,
                   depth == DepthConvention::negativeOneToOne ? GL_NEGATIVE_ONE_TO_ONE : GL_ZERO_TO_ONE);
   const bool isReversed = depth == DepthConvention::reversedZeroToOne;
-  gl::DepthFunc(isReversed ? GL_GREATER : GL_LESS);
+  gl::DepthFunc(isReversed ? GL_GEQUAL : GL_LEQUAL);  // depth far away may round to what clears the buffer
   gl::ClearDepth(isReversed ? 0.0 : 1.0);
 }
 
@@ -317,7 +317,8 @@ void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<flo
 
 struct Renderer::State {
   std::unique_ptr<Context> context;
-  GLuint cast = 0, flat = 0, atlas = 0, layer = 0, view = 0, vertexArray = 0, vertices = 0, elements = 0, block = 0;
+  GLuint cast = 0, flat = 0, atlas = 0, layer = 0, vertexArray = 0, vertices = 0, elements = 0, block = 0;
+  std::array<GLuint, kShadowFunctions.size()> views{};
   std::unique_ptr<Texture> normals;
   Mesh mesh;
   bool isPlaced = false;  // positions are on the device, relative to origin
@@ -328,7 +329,8 @@ struct Renderer::State {
   ~State() {
     if (!context) return;
     normals.reset();
-    for (const GLuint program : {cast, flat, atlas, layer, view}) gl::DeleteProgram(program);
+    for (const GLuint program : {cast, flat, atlas, layer}) gl::DeleteProgram(program);
+    for (const GLuint program : views) gl::DeleteProgram(program);
     for (GLuint* buffer : {&vertices, &elements, &block}) gl::DeleteBuffers(1, buffer);
     gl::DeleteVertexArrays(1, &vertexArray);
   }
@@ -378,14 +380,18 @@ Renderer::Renderer(Backend backend, const std::string& version) : state_(std::ma
   auto context = createContext(backend, kMajor, kMinor);
   gl::load(*context);
   state_->context = std::move(context);
-  state_->cast = buildProgram(version, {{GL_VERTEX_SHADER, kCastVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
-  state_->flat = buildProgram(version, {{GL_VERTEX_SHADER, kFlatVertex}, {GL_FRAGMENT_SHADER, kFlatFragment}});
-  state_->atlas = buildProgram(version, {{GL_VERTEX_SHADER, kAtlasVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
-  state_->layer =
-      buildProgram(version, {{GL_VERTEX_SHADER, kLayerVertex}, {GL_GEOMETRY_SHADER, kLayerGeometry}, {GL_FRAGMENT_SHADER, kCastFragment}});
-  state_->view = buildProgram(version, {{GL_VERTEX_SHADER, kViewVertex}, {GL_FRAGMENT_SHADER, kViewFragment}});
-  for (const GLuint program : {state_->cast, state_->flat, state_->atlas, state_->layer, state_->view})
+  const auto build = [&](const std::vector<std::pair<GLenum, std::string>>& stages) {
+    const GLuint program = buildProgram(version, stages);
     gl::UniformBlockBinding(program, gl::GetUniformBlockIndex(program, "gnomonUniforms"), 0);
+    return program;
+  };
+  state_->cast = build({{GL_VERTEX_SHADER, kCastVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
+  state_->flat = build({{GL_VERTEX_SHADER, kFlatVertex}, {GL_FRAGMENT_SHADER, kFlatFragment}});
+  state_->atlas = build({{GL_VERTEX_SHADER, kAtlasVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
+  state_->layer = build({{GL_VERTEX_SHADER, kLayerVertex}, {GL_GEOMETRY_SHADER, kLayerGeometry}, {GL_FRAGMENT_SHADER, kCastFragment}});
+  for (std::size_t i = 0; i < kShadowFunctions.size(); ++i)
+    state_->views[i] = build(
+        {{GL_VERTEX_SHADER, kViewVertex}, {GL_FRAGMENT_SHADER, std::string("#define SHADOW ") + kShadowFunctions[i] + kViewFragment}});
   gl::GenVertexArrays(1, &state_->vertexArray);
   for (GLuint* buffer : {&state_->vertices, &state_->elements, &state_->block}) gl::GenBuffers(1, buffer);
 }
@@ -503,8 +509,9 @@ RenderOutput Renderer::render(const Frame& frame, const Solution& solution, cons
     const std::array<float, 4> nothing{0.0f, 0.0f, 0.0f, -1.0f};
     for (GLint i = 0; i < 3; ++i) gl::ClearBufferfv(GL_COLOR, i, nothing.data());
     gl::Clear(GL_DEPTH_BUFFER_BIT);
-    gl::UseProgram(s.view);
-    const auto location = [&](const char* name) { return gl::GetUniformLocation(s.view, name); };
+    const GLuint view = s.views[static_cast<std::size_t>(options.filter)];
+    gl::UseProgram(view);
+    const auto location = [&](const char* name) { return gl::GetUniformLocation(view, name); };
     const glm::mat4 clip = clipFromRelative(frame.camera, solution.originWs);
     const glm::vec3 eye(frame.camera.positionWs - solution.originWs), back(-glm::normalize(frame.camera.forwardWs));
     gl::UniformMatrix4fv(location("clipFromWorld"), 1, GL_FALSE, &clip[0][0]);
@@ -512,7 +519,6 @@ RenderOutput Renderer::render(const Frame& frame, const Solution& solution, cons
     gl::Uniform3f(location("towardsEye"), back.x, back.y, back.z);
     gl::Uniform1f(location("eyeShare"), frame.camera.projection == Projection::perspective ? 1.0f : 0.0f);
     gl::Uniform1i(location("isReversed"), isReversed);
-    gl::Uniform1i(location("filterKind"), static_cast<int>(options.filter));
     gl::Uniform1i(location("byViewDepth"), options.selectByViewDepth);
     gl::Uniform1i(location("maps"), 0);
     gl::Uniform1i(location("normals"), 1);

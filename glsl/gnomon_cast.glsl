@@ -22,7 +22,7 @@ vec4 gnomonCastPosition(GnomonBlock block, int index, vec3 world) { return block
 // Layer of an array texture.
 int gnomonCastLayer(GnomonBlock block, int index) { return int(block.partitions[index].layer.x); }
 
-// Clip position of a caster in the whole atlas (y up, v = 0 at clip y = -1; negate y where your API's clip space has y down).
+// Clip position of a caster in the whole atlas (v = 0 at clip y = -1; negate y for ClipStyle::direct3d, where it is at +1).
 vec4 gnomonCastAtlas(GnomonBlock block, int index, vec3 world) {
   vec4 own = gnomonCastPosition(block, index, world);
   vec4 atlas = block.partitions[index].atlasFromWorld * vec4(world, 1.0);

@@ -93,7 +93,7 @@ float gnomonShadowTent(GnomonBlock block, int map, int index, vec3 world, vec3 n
   return sum / 16.0;
 }
 
-// 1 while shadows are whole, falling to 0 at the end of the shadowed depth range and beyond.
+// 1 while shadows are whole, falling to 0 at the end of the shadowed depth range and beyond; 1 everywhere without a fade.
 float gnomonFade(GnomonBlock block, float viewDepth) {
   return block.depthRule.w > 0.0 ? clamp((block.depthRule.z - viewDepth) * block.depthRule.w, 0.0, 1.0) : 1.0;
 }

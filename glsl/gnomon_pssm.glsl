@@ -27,17 +27,20 @@ int gnomonImplSelect(vec4 starts[4], float depth) {
   return int(dot(begun, vec4(1.0))) - 1;
 }
 
+// The index where it is one of this shader's partitions and has not ended, else -1. end: that partition's.
+int gnomonImplServed(int index, float depth, float end) { return index >= 0 && index < GNOMON_MAX_PARTITIONS && depth <= end ? index : -1; }
+
 // windowDepth: gl_FragCoord.z, or a texel of the camera's depth buffer, 0 to 1.
 int gnomonSelectWindow(GnomonBlock block, float windowDepth) {
   float depth = windowDepth * block.depthRule.x;
   int index = gnomonImplSelect(block.windowStart, depth);
-  return index >= 0 && depth <= block.partitions[max(index, 0)].interval.w ? index : -1;
+  return gnomonImplServed(index, depth, block.partitions[clamp(index, 0, GNOMON_MAX_PARTITIONS - 1)].interval.w);
 }
 
 // viewDepth: distance along the view direction (gnomonViewDepth).
 int gnomonSelectView(GnomonBlock block, float viewDepth) {
   int index = gnomonImplSelect(block.viewStart, viewDepth);
-  return index >= 0 && viewDepth <= block.partitions[max(index, 0)].interval.y ? index : -1;
+  return gnomonImplServed(index, viewDepth, block.partitions[clamp(index, 0, GNOMON_MAX_PARTITIONS - 1)].interval.y);
 }
 
 // View depth of a point. world: world - origin.

@@ -93,7 +93,7 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
   block.viewPlane = vec4(glm::dvec4(forward, -glm::dot(forward, region.eyeWs - solution.originWs)));
   const double sign = camera.depth == DepthConvention::reversedZeroToOne ? -1.0 : 1.0;
   const double fadeFrom = region.far - frame.fade * (region.far - region.near);
-  block.depthRule = vec4(glm::dvec4(sign, fadeFrom, region.far, frame.fade > 0.0 ? 1.0 / (region.far - fadeFrom) : 0.0));
+  block.depthRule = vec4(glm::dvec4(sign, fadeFrom, region.far, region.far > fadeFrom ? 1.0 / (region.far - fadeFrom) : 0.0));
   block.bias = vec4(glm::dvec4(frame.bias.slope, frame.bias.constant, 0.0, 0.0));
 
   const auto isVectorFinite = [](const vec4& v) { return (v.x + v.y + v.z + v.w) * 0.0f == 0.0f; };

@@ -1,4 +1,6 @@
 // The block's layout, three ways: C++ (offsetof), glslang's reflection and the driver.
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <set>
@@ -91,14 +93,55 @@ TEST(Block, TheDriverAgreesWithCpp) {
       GLint actual = -1;
       gl::GetActiveUniformsiv(program, 1, &index, GL_UNIFORM_OFFSET, &actual);
       EXPECT_EQ(static_cast<std::size_t>(actual), offset) << name;
+      const auto ask = [&](GLenum what) {
+        GLint value = -1;
+        gl::GetActiveUniformsiv(program, 1, &index, what, &value);
+        return value;
+      };
+      const bool isMatrix = name.find("FromWorld") != std::string::npos, isArray = name.find("Start[0]") != std::string::npos;
+      EXPECT_EQ(ask(GL_UNIFORM_TYPE), isMatrix ? GL_FLOAT_MAT4 : (name == "gnomon.info" ? GL_UNSIGNED_INT_VEC4 : GL_FLOAT_VEC4)) << name;
+      EXPECT_EQ(ask(GL_UNIFORM_MATRIX_STRIDE), isMatrix ? static_cast<GLint>(sizeof(glm::mat4::col_type)) : 0) << name;
+      EXPECT_EQ(ask(GL_UNIFORM_IS_ROW_MAJOR), 0) << name;
+      EXPECT_EQ(ask(GL_UNIFORM_ARRAY_STRIDE), isArray ? static_cast<GLint>(sizeof(vec4)) : 0) << name;
+      EXPECT_EQ(ask(GL_UNIFORM_SIZE), isArray ? 4 : 1) << name;
     }
     gl::DeleteProgram(program);
   }
 }
 
+// A shader that holds fewer maps reads a prefix of the block: nothing before the array moves.
+TEST(Block, FewerPartitionsAreAPrefix) {
+  const auto offsets = expected();
+  for (const std::string count : {"1", "4", "5", "8"}) {
+    const GlslResult result = compileGlsl(
+        GlslStage::fragment,
+        "#version 330 core\n#extension GL_GOOGLE_include_directive : enable\n#define GNOMON_MAX_PARTITIONS " + count + "\n" + kReader);
+    ASSERT_TRUE(result.isFine) << result.log;
+    constexpr std::size_t kHead = 10, kPartition = 6;  // members
+    std::set<std::string> found;
+    for (const auto& [reflected, offset] : result.offsets) {
+      auto at = offsets.find(plain(reflected));
+      if (at == offsets.end()) at = offsets.find(plain(reflected) + "[0]");
+      ASSERT_NE(at, offsets.end()) << reflected;
+      EXPECT_EQ(static_cast<std::size_t>(offset), at->second) << reflected;
+      found.insert(at->first);
+    }
+    EXPECT_EQ(found.size(), kHead + kPartition * std::stoul(count));
+  }
+}
+
 TEST(Block, ClearedItHoldsNothingAndIsFinite) {
   GnomonBlock block;
+  std::fill_n(reinterpret_cast<unsigned char*>(&block), sizeof block, static_cast<unsigned char>(0xff));  // every float not a number
   clearBlock(block);
+  const auto* const head = reinterpret_cast<const float*>(&block);
+  for (std::size_t i = sizeof(uvec4) / sizeof(float); i < offsetof(GnomonBlock, partitions) / sizeof(float); ++i)
+    EXPECT_TRUE(std::isfinite(head[i])) << i;
+  EXPECT_NEAR(glm::length(glm::vec3(block.lightDirection)), 1.0f, 1e-6f);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_EQ(block.windowStart[i], vec4(3e38f));  // the value that glsl/gnomon_block.glsl promises
+    EXPECT_EQ(block.viewStart[i], vec4(3e38f));
+  }
   EXPECT_EQ(block.info, uvec4(0u, 0u, static_cast<unsigned>(GNOMON_LAYOUT_VERSION), 0u));
   for (const float depth : {-1.0f, 0.0f, 0.5f, 1.0f, 1e30f}) {
     EXPECT_EQ(selectByWindowDepth(block, depth), -1);

@@ -38,7 +38,7 @@ class Includer final : public glslang::TShader::Includer {
 
 }  // namespace
 
-GlslResult compileGlsl(GlslStage stage, const std::string& source, GlslTarget target) {
+GlslResult compileGlsl(GlslStage stage, const std::string& source, GlslTarget target, bool isMapped) {
   static const Process process;
   constexpr int kOpenGlInput = 100, kDefaultVersion = 110;
   const EShLanguage language = stage == GlslStage::vertex ? EShLangVertex : EShLangFragment;
@@ -57,20 +57,22 @@ GlslResult compileGlsl(GlslStage stage, const std::string& source, GlslTarget ta
     shader.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_1);
     shader.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_3);
   }
-  if (target != GlslTarget::validate) {
+  isMapped = isMapped && target != GlslTarget::validate;
+  if (isMapped) {
     shader.setAutoMapBindings(true);
     shader.setAutoMapLocations(true);
   }
   Includer includer;
   GlslResult result;
-  result.isFine = shader.parse(GetDefaultResources(), kDefaultVersion, false, messages, includer);
+  result.isCompiled = shader.parse(GetDefaultResources(), kDefaultVersion, false, messages, includer);
   glslang::TProgram program;
   program.addShader(&shader);
-  result.isFine = result.isFine && program.link(messages) && (target == GlslTarget::validate || program.mapIO());
+  result.isFine = result.isCompiled && program.link(messages) && (!isMapped || program.mapIO());
   result.log = std::string(shader.getInfoLog()) + program.getInfoLog();
   if (!result.isFine) return result;
   program.buildReflection(EShReflectionAllBlockVariables);
   result.uniformBlocks = program.getNumUniformBlocks();
+  for (int i = 0; i < result.uniformBlocks; ++i) result.bindings[program.getUniformBlock(i).name] = program.getUniformBlock(i).getBinding();
   for (int i = 0; i < program.getNumUniformVariables(); ++i) {
     const auto& uniform = program.getUniform(i);
     if (uniform.offset >= 0 && uniform.index >= 0)

@@ -322,6 +322,54 @@ TEST_P(Parity, Selection) {
   EXPECT_LT(undecided, all / 5);
 }
 
+// Shaders that hold fewer maps, of a solve with as many: what the includes leave out is not needed.
+TEST_P(Parity, ShadersWithFewerPartitionsSelectTheSame) {
+  for (const int count : {1, 2, 4, 5, 8, 9, 12, 13, 16}) {
+    Gpu gpu(std::string(GetParam()) + "\n#define GNOMON_MAX_PARTITIONS " + std::to_string(count));
+    Frame frame = usualFrame();
+    frame.budget.partitions = count;
+    const auto solution = solve(frame);
+    ASSERT_EQ(solution->partitionCount, count);
+    Random random(102);
+    std::vector<glm::vec4> points;
+    for (int i = 0; i < 500; ++i) {
+      const double z = random.logUniform(0.05, 200.0);
+      points.emplace_back(static_cast<float>(z), 0.0f, 0.0f, static_cast<float>(windowReference(frame.camera, z)));
+    }
+    const auto results = gpu.run("  result = vec4(gnomonSelectWindow(gnomon, point.w), gnomonSelectView(gnomon, point.x), 0.0, 0.0);\n",
+                                 solution->block, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      EXPECT_EQ(static_cast<int>(results[i].x), selectByWindowDepth(solution->block, points[i].w)) << count;
+      EXPECT_EQ(static_cast<int>(results[i].y), selectByViewDepth(solution->block, points[i].x)) << count;
+    }
+  }
+}
+
+// A block with more partitions than the shader holds: those it does not hold serve nothing, rather than an index past its array.
+TEST_P(Parity, ABlockLargerThanTheShaderStaysInside) {
+  Frame frame = usualFrame();
+  frame.budget.partitions = 8;
+  const auto solution = solve(frame);
+  for (const int held : {1, 4, 5, 7}) {
+    Gpu gpu(std::string(GetParam()) + "\n#define GNOMON_MAX_PARTITIONS " + std::to_string(held));
+    Random random(103);
+    std::vector<glm::vec4> points;
+    for (int i = 0; i < 500; ++i) {
+      const double z = random.logUniform(0.1, 100.0);
+      points.emplace_back(static_cast<float>(z), 0.0f, 0.0f, static_cast<float>(windowReference(frame.camera, z)));
+    }
+    const auto results = gpu.run("  result = vec4(gnomonSelectWindow(gnomon, point.w), gnomonSelectView(gnomon, point.x), 0.0, 0.0);\n",
+                                 solution->block, points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const int full = selectByViewDepth(solution->block, points[i].x), expected = full < held ? full : -1;
+      const double toNext = full >= 0 ? points[i].x / solution->partitions[full].far : 0.0;
+      if (toNext > 0.999) continue;  // so near a split that the two depths may disagree
+      EXPECT_EQ(static_cast<int>(results[i].x), expected) << held;
+      EXPECT_EQ(static_cast<int>(results[i].y), expected) << held;
+    }
+  }
+}
+
 // gnomonSelect takes the window depth, unless the block says that it cannot tell the splits apart.
 TEST_P(Parity, SelectFollowsTheFlag) {
   Gpu gpu(GetParam());
@@ -632,7 +680,7 @@ TEST_P(Parity, TintsAreDistinctColours) {
     for (std::size_t j = 0; j < i; ++j) EXPECT_GT(glm::length(glm::vec3(tints[i]) - glm::vec3(tints[j])), kEightBitSteps) << i << " " << j;
 }
 
-// Bias: a point of a plane, moved as the shader moves it, clears the plane's depth anywhere in the filter's footprint, by no more than the bias.
+// Bias: a point of a plane, moved as the shader moves it, clears the plane's depth anywhere in the texel, by no more than that.
 TEST_P(Parity, BiasClearsAPlaneWithinTheTexel) {
   Gpu gpu(GetParam());
   Frame frame = usualFrame();
@@ -736,6 +784,11 @@ TEST_P(Parity, AProjectiveMapIsDividedByW) {
   Random random(100);
   std::vector<glm::vec4> points;
   for (int i = 0; i < 2000; ++i) points.emplace_back(glm::vec3(random.direction() * random.uniform(0.0, i % 4 == 0 ? 60.0 : 3.0)), 0.0f);
+  const glm::dmat4 worldFromAtlas = glm::inverse(glm::dmat4(map.atlasFromWorld));
+  for (int i = 0; i < 4000; ++i) {  // points behind that the division puts into the middle of the map
+    const glm::dvec4 r = worldFromAtlas * glm::dvec4(random.uniform(0.1, 0.9), random.uniform(0.1, 0.9), random.uniform(-20.0, 20.0), 1.0);
+    if (r.w < -0.01 && r.w > -1.0) points.emplace_back(glm::vec3(glm::dvec3(r) / r.w), 0.0f);
+  }
   const std::string body =
       "  vec3 up = vec3(0.6, 0.8, 0.0);\n  vec3 edgeS, edgeT;\n  gnomonTexelEdges(gnomon, index, world, edgeS, edgeT);\n";
   const auto lookups = gpu.run("  result = gnomonAtlas(gnomon, index, world);\n", block, points);
@@ -744,7 +797,7 @@ TEST_P(Parity, AProjectiveMapIsDividedByW) {
   const auto biases = gpu.run(body + "  result = vec4(gnomonBias(gnomon, index, world, up, 1.5) - world, 0.0);\n", block, points);
   const auto casts = gpu.run("  result = gnomonCastAtlas(gnomon, index, world);\n", block, points);
   const auto clips = gpu.run("  result = gnomonCastClip(gnomon, index, world);\n", block, points);
-  int behind = 0, inside = 0;
+  int behind = 0, behindInside = 0, inside = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const glm::dvec3 world(points[i]);
     const glm::dvec4 q = glm::dmat4(map.atlasFromWorld) * glm::dvec4(world, 1.0),
@@ -753,6 +806,7 @@ TEST_P(Parity, AProjectiveMapIsDividedByW) {
     if (q.w < -0.01) {  // behind the light, wherever the division puts it
       ++behind;
       EXPECT_EQ(lookups[i].w, 0.0f);
+      behindInside += p.x > 0.05 && p.x < 0.95 && p.y > 0.05 && p.y < 0.95;
     }
     const double out = std::max(std::max(-p.x, p.x - 1.0) * atlas.x, std::max(-p.y, p.y - 1.0) * atlas.y);
     if (q.w < 0.2 || out > 8.0) continue;
@@ -792,6 +846,7 @@ TEST_P(Parity, AProjectiveMapIsDividedByW) {
     EXPECT_LT(glm::length(glm::dvec3(biases[i]) - up * height), 1e-3 * height + 1e-5);
   }
   EXPECT_GT(behind, 50);
+  EXPECT_GT(behindInside, 50);
   EXPECT_GT(inside, 500);
 }
 

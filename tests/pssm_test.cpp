@@ -94,7 +94,10 @@ TEST(Pssm, RefusesWithAReason) {
     f.camera.near = 1e-45;
     f.camera.far = 1e-44;
   });
-  // the valid one
+  // the valid one, and a fade too short to be one
+  Frame sharp = usualFrame();
+  sharp.fade = 1e-17;
+  EXPECT_EQ(solve(sharp)->status, Status::ok);
   EXPECT_EQ(solve(usualFrame())->status, Status::ok);
 }
 

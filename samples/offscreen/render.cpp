@@ -275,7 +275,9 @@ void pictureOfMaps(const Solution& solution, bool isReversed, const Texture& map
 // Lambert under a warm sun and a sky that is brighter above; a sky where nothing is.
 void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<float>& position, const std::vector<float>& normal,
            const std::vector<float>& tint, RenderOutput& out) {
-  const glm::dvec3 towardsLight = -glm::normalize(frame.light.directionWs), eye = frame.camera.positionWs - originWs;
+  const double brightness = glm::length(frame.light.directionWs);  // a refused light has none, and lights nothing
+  const glm::dvec3 towardsLight = brightness > 0.0 ? -frame.light.directionWs / brightness : glm::dvec3(0.0),
+                   eye = frame.camera.positionWs - originWs;
   const auto [right, up, forward] = axesOf(frame.camera);
   const double far = std::min(frame.camera.far, frame.camera.shadowDistance);
   const glm::dvec3 sun(1.0, 0.93, 0.8), zenith(0.24, 0.33, 0.5), ground(0.2, 0.19, 0.18), haze(0.62, 0.7, 0.8);

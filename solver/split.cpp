@@ -59,7 +59,7 @@ int findStretches(const Region& region, int count, Stretch* stretches) noexcept 
     stretches[0] = {region.spans[0], count};
     return 1;
   }
-  double near[kMaxSpans], far[kMaxSpans];
+  double near[kMaxSpans] = {}, far[kMaxSpans] = {};
   for (int i = 0; i < region.spanCount; ++i) {
     const bool isPerspective = region.camera.projection == Projection::perspective;
     near[i] = isPerspective ? std::log(region.spans[i].near) : region.spans[i].near;

@@ -10,6 +10,7 @@
 
 #include "context.h"
 
+// clang-format off
 #define GNOMON_GL_FUNCTIONS(X)                                                                                                             \
   X(ActiveTexture)                                                                                                                         \
   X(AttachShader)                                                                                                                          \
@@ -25,6 +26,7 @@
                                   X(Scissor) X(ShaderSource) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(Uniform1f) X(Uniform1i)        \
                                       X(Uniform3f) X(UniformBlockBinding) X(UniformMatrix4fv) X(UseProgram) X(VertexAttribPointer)         \
                                           X(Viewport)
+// clang-format on
 
 namespace gnomon::offscreen::gl {
 

@@ -1,5 +1,7 @@
 #include "gnomon/fit.h"
 
+#include <bit>
+
 #include "gnomon/camera.h"
 #include "numeric.h"
 
@@ -8,31 +10,66 @@ namespace {
 
 double cross2(const glm::dvec2& a, const glm::dvec2& b) noexcept { return a.x * b.y - a.y * b.x; }
 
-// Convex hull, counter-clockwise, in place. Returns the number of its vertices.  (Andrew's monotone chain)
-int makeHull(glm::dvec2* points, int count) noexcept {
-  for (int i = 1; i < count; ++i) {
-    const glm::dvec2 p = points[i];
-    int j = i;
-    for (; j > 0 && (points[j - 1].x > p.x || (points[j - 1].x == p.x && points[j - 1].y > p.y)); --j) points[j] = points[j - 1];
-    points[j] = p;
+// Which points are the hull's vertices, counter-clockwise, and behind them those inside. Slices of one cell give alike sets of
+// points, so the hull of the last one is a good first guess for the next.
+struct Ring {
+  int pointCount = 0, count = 0;
+  std::uint8_t index[2 * kMaxHull];
+};
+
+// True where the ring is the convex hull of these points too: it turns left everywhere, goes round once and holds the others.
+bool isHull(const glm::dvec2* points, int count, const Ring& ring) noexcept {
+  if (ring.pointCount != count || ring.count < 3) return false;
+  glm::dvec2 from = points[ring.index[ring.count - 1]], last = from - points[ring.index[ring.count - 2]];
+  int turns = 0;
+  for (int i = 0; i < ring.count; ++i) {
+    const glm::dvec2 to = points[ring.index[i]], edge = to - from;
+    if (!(cross2(last, edge) > 0.0)) return false;
+    turns += (last.x < 0.0) != (edge.x < 0.0);
+    for (int j = ring.count; j < count; ++j)
+      if (!(cross2(edge, points[ring.index[j]] - from) >= 0.0)) return false;
+    from = to;
+    last = edge;
   }
-  glm::dvec2 chain[2 * kMaxHull];
+  return turns == 2;
+}
+
+// Convex hull.  (Andrew's monotone chain)
+void makeHull(const glm::dvec2* points, int count, Ring& ring) noexcept {
+  if (isHull(points, count, ring)) return;
+  std::uint8_t order[kMaxHull];
+  for (int i = 0; i < count; ++i) {
+    const glm::dvec2& p = points[i];
+    int j = i;
+    for (; j > 0; --j) {
+      const glm::dvec2& before = points[order[j - 1]];
+      if (before.x < p.x || (before.x == p.x && before.y <= p.y)) break;
+      order[j] = order[j - 1];
+    }
+    order[j] = static_cast<std::uint8_t>(i);
+  }
   int size = 0;
-  const auto extend = [&](const glm::dvec2& p, int least) {
+  const auto extend = [&](std::uint8_t index, int least) {
+    const glm::dvec2& p = points[index];
     for (; size >= least; --size) {
-      const glm::dvec2 &a = chain[size - 2], &b = chain[size - 1];
+      const glm::dvec2 &a = points[ring.index[size - 2]], &b = points[ring.index[size - 1]];
       if ((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x) > 0.0) break;
     }
-    chain[size++] = p;
+    ring.index[size++] = index;
   };
-  for (int i = 0; i < count; ++i) extend(points[i], 2);
+  for (int i = 0; i < count; ++i) extend(order[i], 2);
   const int lower = size;
-  for (int i = count - 2; i >= 0; --i) extend(points[i], lower + 1);
+  for (int i = count - 2; i >= 0; --i) extend(order[i], lower + 1);
   if (size > 1) --size;  // the first point again
-  if (size == 2 && chain[0] == chain[1]) size = 1;
-  std::copy_n(chain, size, points);
-  return size;
+  if (size == 2 && points[ring.index[0]] == points[ring.index[1]]) size = 1;
+  ring.pointCount = count;
+  ring.count = size;
+  std::uint64_t isVertex = 0;
+  for (int i = 0; i < size; ++i) isVertex |= std::uint64_t{1} << ring.index[i];
+  for (int i = 0; i < count; ++i)
+    if (!(isVertex >> i & 1)) ring.index[size++] = static_cast<std::uint8_t>(i);
 }
+static_assert(kMaxHull <= 64);
 
 // Replaces a hull of many vertices by a polygon of kSides sides around it.
 int simplifyHull(glm::dvec2* points, int count) noexcept {
@@ -60,38 +97,107 @@ struct Seen {
   double x, y, depth, w, z;  // z: view depth
 };
 
-void add(Footprint& footprint, const Seen& point) noexcept {
-  if (footprint.count == kMaxHull) {
-    footprint.count = makeHull(footprint.hull, footprint.count);
-    if (footprint.count > kMaxHull / 2) footprint.count = simplifyHull(footprint.hull, footprint.count);
+// An edge that is not parallel to the image, from its nearer vertex to its farther one.
+struct Rising {
+  std::uint8_t from, to;
+  Seen slope;  // per unit of view depth
+};
+
+// A cell seen from the light.
+struct SeenCell {
+  int vertexCount = 0, risingCount = 0;
+  std::uint64_t risingVertices = 0;  // bits: vertices of rising edges; all of them but in a flat cell
+  Seen vertices[kMaxCellVertices];
+  Rising rising[kMaxCellEdges];
+};
+static_assert(kMaxCellVertices <= 64);
+
+void look(const Cell& cell, const glm::dmat4& lsFromView, SeenCell& seen) noexcept {
+  seen.vertexCount = cell.vertexCount;
+  seen.risingCount = 0;
+  seen.risingVertices = 0;
+  for (int v = 0; v < cell.vertexCount; ++v) {
+    const glm::dvec3& vs = cell.vertices[v];
+    const auto row = [&](int r) { return lsFromView[0][r] * vs.x + lsFromView[1][r] * vs.y + lsFromView[2][r] * vs.z + lsFromView[3][r]; };
+    seen.vertices[v] = {row(0), row(1), row(2), row(3), vs.z};
   }
-  double x = point.x, y = point.y, depth = point.depth;
-  if (point.w != 1.0) {  // a directional light has no perspective
-    x /= point.w;
-    y /= point.w;
-    depth /= point.w;
+  for (int i = 0; i < cell.edgeCount; ++i) {
+    std::uint8_t from = cell.edges[i].from, to = cell.edges[i].to;
+    if (seen.vertices[from].z == seen.vertices[to].z) continue;
+    if (seen.vertices[from].z > seen.vertices[to].z) std::swap(from, to);
+    const Seen &p = seen.vertices[from], &q = seen.vertices[to];
+    const double perDepth = 1.0 / (q.z - p.z);
+    seen.rising[seen.risingCount++] = {
+        from, to, {(q.x - p.x) * perDepth, (q.y - p.y) * perDepth, (q.depth - p.depth) * perDepth, (q.w - p.w) * perDepth, 1.0}};
+    seen.risingVertices |= std::uint64_t{1} << from | std::uint64_t{1} << to;
   }
-  footprint.hull[footprint.count++] = {x, y};
-  footprint.depthNear = depth < footprint.depthNear ? depth : footprint.depthNear;
-  footprint.depthFar = depth > footprint.depthFar ? depth : footprint.depthFar;
 }
 
-// Adds the part of a cell between two view depths. Vertices of the cut are on the cell's edges.
-void addSlab(Footprint& footprint, const Cell& cell, const Seen* seen, const DepthSpan& slab) noexcept {
-  for (int i = 0; i < cell.vertexCount; ++i)
-    if (seen[i].z >= slab.near && seen[i].z <= slab.far) add(footprint, seen[i]);
-  for (int i = 0; i < cell.edgeCount; ++i) {
-    const Seen *p = &seen[cell.edges[i].from], *q = &seen[cell.edges[i].to];
-    if (p->z > q->z) std::swap(p, q);
-    if (q->z <= slab.near || p->z >= slab.far) continue;
-    const double perDepth = 1.0 / (q->z - p->z);
-    for (const double z : {slab.near, slab.far}) {
-      if (!(p->z < z && z < q->z)) continue;
-      const double t = (z - p->z) * perDepth;
-      add(footprint,
-          {p->x + (q->x - p->x) * t, p->y + (q->y - p->y) * t, p->depth + (q->depth - p->depth) * t, p->w + (q->w - p->w) * t, z});
-    }
+// The points of one footprint, before the hull.
+struct Points {
+  int count = 0;
+  double depthNear = kInfinity, depthFar = -kInfinity;
+  glm::dvec2 xy[kMaxHull];
+  Ring ring;
+};
+
+// Makes room where there is none: only the hull's vertices matter.
+void condense(Points& points) noexcept {
+  makeHull(points.xy, points.count, points.ring);
+  glm::dvec2 hull[kMaxHull];
+  for (int i = 0; i < points.ring.count; ++i) hull[i] = points.xy[points.ring.index[i]];
+  points.count = points.ring.count;
+  std::copy_n(hull, points.count, points.xy);
+  if (points.count > kMaxHull / 2) points.count = simplifyHull(points.xy, points.count);
+}
+
+inline void add(Points& points, double x, double y, double depth, double w) noexcept {
+  if (points.count == kMaxHull) condense(points);
+  if (w != 1.0) {  // a directional light has no perspective
+    x /= w;
+    y /= w;
+    depth /= w;
   }
+  points.xy[points.count++] = {x, y};
+  points.depthNear = depth < points.depthNear ? depth : points.depthNear;
+  points.depthFar = depth > points.depthFar ? depth : points.depthFar;
+}
+
+// Adds the part of a cell between two view depths: where its edges enter and leave the slab. All slices of a view volume get
+// their points in the same order.
+void addSlab(Points& points, const SeenCell& seen, const DepthSpan& slab) noexcept {
+  std::uint64_t added = seen.risingVertices;
+  const auto addVertex = [&](const Seen& v) { add(points, v.x, v.y, v.depth, v.w); };
+  if (std::popcount(added) != seen.vertexCount)
+    for (int i = 0; i < seen.vertexCount; ++i)
+      if (!(added >> i & 1) && seen.vertices[i].z >= slab.near && seen.vertices[i].z <= slab.far) addVertex(seen.vertices[i]);
+  added = 0;
+  const auto addEnd = [&](const Rising& edge, int end, double z) {
+    if (seen.vertices[end].z == z) {
+      if (!(added >> end & 1)) addVertex(seen.vertices[end]);
+      added |= std::uint64_t{1} << end;
+      return;
+    }
+    const Seen& from = seen.vertices[edge.from];
+    const double t = z - from.z;
+    add(points, from.x + edge.slope.x * t, from.y + edge.slope.y * t, from.depth + edge.slope.depth * t, from.w + edge.slope.w * t);
+  };
+  for (int i = 0; i < seen.risingCount; ++i) {
+    const Rising& edge = seen.rising[i];
+    const double from = seen.vertices[edge.from].z, to = seen.vertices[edge.to].z;
+    if (from > slab.far || to < slab.near) continue;
+    addEnd(edge, edge.from, from < slab.near ? slab.near : from);
+    addEnd(edge, edge.to, to > slab.far ? slab.far : to);
+  }
+}
+
+// What the gathered points say of a footprint.
+void finish(Points& points, Footprint& footprint) noexcept {
+  makeHull(points.xy, points.count, points.ring);
+  footprint.count = points.ring.count;
+  for (int i = 0; i < footprint.count; ++i) footprint.hull[i] = points.xy[points.ring.index[i]];
+  footprint.depthNear = points.depthNear;
+  footprint.depthFar = points.depthFar;
 }
 
 // The width of the widest part of a view slice: any rotation of it fits a square of this side.
@@ -118,24 +224,68 @@ double farthestReach(const Region& region, const DepthSpan& slab) noexcept {
   return std::sqrt(x * x + y * y + z * z);
 }
 
-// Extent of the hull along an axis.
-DepthSpan extent(const Footprint& footprint, const glm::dvec2& axis) noexcept {
-  DepthSpan span{kInfinity, -kInfinity};
-  for (int i = 0; i < footprint.count; ++i) {
-    const double x = glm::dot(footprint.hull[i], axis);
-    span.near = std::min(span.near, x);
-    span.far = std::max(span.far, x);
-  }
-  return span;
-}
-
 // The rectangle along an axis; no side shorter than a pixel.
-void fitAlong(const Footprint& footprint, const glm::dvec2& axis, double pixel, MapFit& fit) noexcept {
+void fitAlong(const Footprint& footprint, glm::dvec2 axis, double pixel, MapFit& fit) noexcept {
   fit.axisX = axis;
   fit.axisY = {-axis.y, axis.x};
-  const DepthSpan x = extent(footprint, fit.axisX), y = extent(footprint, fit.axisY);
-  fit.size = {std::max(x.far - x.near, pixel), std::max(y.far - y.near, pixel)};
-  fit.least = (glm::dvec2(x.near, y.near) + glm::dvec2(x.far, y.far) - fit.size) / 2.0;
+  glm::dvec2 least(kInfinity), most(-kInfinity);
+  for (int i = 0; i < footprint.count; ++i) {
+    const glm::dvec2& p = footprint.hull[i];
+    const double x = p.x * axis.x + p.y * axis.y, y = axis.x * p.y - axis.y * p.x;
+    least = {x < least.x ? x : least.x, y < least.y ? y : least.y};
+    most = {x > most.x ? x : most.x, y > most.y ? y : most.y};
+  }
+  fit.size = {std::max(most.x - least.x, pixel), std::max(most.y - least.y, pixel)};
+  fit.least = (least + most - fit.size) / 2.0;
+}
+
+// The rectangle of least area: it has a side on an edge of the hull (rotating calipers' theorem).
+void fitLeast(const Footprint& footprint, double pixel, MapFit& fit) noexcept {
+  double leastArea = kInfinity;
+  const glm::dvec2* hull = footprint.hull;
+  glm::dvec2 tried[kMaxHull];
+  int triedCount = 0;
+  for (int i = 0; i < footprint.count; ++i) {
+    const glm::dvec2 from = hull[i], edge = hull[i + 1 < footprint.count ? i + 1 : 0] - from;
+    const double squared = edge.x * edge.x + edge.y * edge.y;
+    if (!(squared > 0.0)) continue;
+    constexpr double kParallel = 1e-12;  // sine below which a direction is one already tried: a frustum's near and far sides
+    const double perLength = 1.0 / std::sqrt(squared);
+    const glm::dvec2 axis = edge * perLength;
+    bool isTried = false;
+    for (int j = 0; j < triedCount && !isTried; ++j) isTried = std::abs(cross2(tried[j], axis)) < kParallel;
+    if (isTried) continue;
+    tried[triedCount++] = axis;
+    const double x0 = glm::dot(hull[0], axis), y0 = cross2(axis, hull[0]);
+    double left = x0, right = x0, low = y0, high = y0;
+    for (int j = 1; j < footprint.count; ++j) {
+      const double x = hull[j].x * axis.x + hull[j].y * axis.y, y = axis.x * hull[j].y - axis.y * hull[j].x;
+      left = x < left ? x : left;
+      right = x > right ? x : right;
+      low = y < low ? y : low;
+      high = y > high ? y : high;
+    }
+    const glm::dvec2 span(right - left, high - low), size(std::max(span.x, pixel), std::max(span.y, pixel));
+    if (!(size.x * size.y < leastArea)) continue;
+    leastArea = size.x * size.y;
+    fit.axisX = axis;
+    fit.axisY = {-axis.y, axis.x};
+    fit.size = size;
+    fit.least = glm::dvec2(left, low) - (size - span) / 2.0;
+  }
+}
+
+// True where b is a, scaled about the eye, as near as makes no difference to the choice of an axis: so are the slices of equal
+// ratio of a whole perspective view.
+bool isScaled(const Footprint& a, const Footprint& b) noexcept {
+  constexpr double kAlike = 1e-4;  // of the size
+  if (a.count != b.count || a.count < 3) return false;
+  const double scale = b.padded.far / a.padded.far, most = kAlike * b.reach;
+  for (int i = 0; i < a.count; ++i) {
+    const glm::dvec2 apart = b.hull[i] - a.hull[i] * scale;
+    if (!(std::abs(apart.x) <= most && std::abs(apart.y) <= most)) return false;
+  }
+  return true;
 }
 
 // The unit axis least along v.
@@ -178,73 +328,57 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
   for (int s = 0; s < splits.count; ++s) {
     Footprint& footprint = footprints[s];
     footprint.count = 0;
-    footprint.depthNear = kInfinity;
-    footprint.depthFar = -kInfinity;
     footprint.padded = padSlice(region, splits, s, margin, byViewDepth);
     footprint.reach = farthestReach(region, footprint.padded);
   }
   Cell storage;
-  Seen seen[kMaxCellVertices];
-  const glm::dmat4& m = light.lsFromView;
+  SeenCell seen;
+  if (cellCount(region) == 1) {
+    const Cell* cell = getCell(region, 0, storage);
+    if (!cell) return;
+    look(*cell, light.lsFromView, seen);
+    Points points;
+    for (int s = 0; s < splits.count; ++s) {
+      points.count = 0;
+      points.depthNear = kInfinity;
+      points.depthFar = -kInfinity;
+      addSlab(points, seen, footprints[s].padded);
+      finish(points, footprints[s]);
+    }
+    return;
+  }
+  Points points[kMaxPartitions];
   for (int i = 0; i < cellCount(region); ++i) {
     const Cell* cell = getCell(region, i, storage);
     if (!cell) continue;
-    for (int v = 0; v < cell->vertexCount; ++v) {
-      const glm::dvec3& vs = cell->vertices[v];
-      const auto row = [&](int r) { return m[0][r] * vs.x + m[1][r] * vs.y + m[2][r] * vs.z + m[3][r]; };
-      seen[v] = {row(0), row(1), row(2), row(3), vs.z};
-    }
-    for (int s = 0; s < splits.count; ++s) addSlab(footprints[s], *cell, seen, footprints[s].padded);
+    look(*cell, light.lsFromView, seen);
+    for (int s = 0; s < splits.count; ++s) addSlab(points[s], seen, footprints[s].padded);
   }
-  for (int s = 0; s < splits.count; ++s) {
-    Footprint& footprint = footprints[s];
-    footprint.count = makeHull(footprint.hull, footprint.count);
-  }
+  for (int s = 0; s < splits.count; ++s) finish(points[s], footprints[s]);
 }
 
-MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept {
-  MapFit fit;
-  fit.depthNear = footprint.depthNear;
-  fit.depthFar = footprint.depthFar;
-  fit.square = mode != FitMode::tight;
-  fit.size = glm::dvec2(mode == FitMode::stable ? std::max(sliceDiameter(region, footprint.padded), pixel) : pixel);
-  if (footprint.count == 0) return fit;
-  if (mode != FitMode::tight || footprint.count < 2) {  // a point has no edge
-    const glm::dvec2 size = fit.size;
-    fitAlong(footprint, {1.0, 0.0}, pixel, fit);
-    if (mode == FitMode::stable) fit.size = size;
-    return fit;
-  }
-  // A rectangle of least area has a side on an edge of the hull (rotating calipers' theorem).
-  double leastArea = kInfinity;
-  for (int i = 0; i < footprint.count; ++i) {
-    const glm::dvec2 from = footprint.hull[i], edge = footprint.hull[i + 1 < footprint.count ? i + 1 : 0] - from;
-    const double squared = edge.x * edge.x + edge.y * edge.y;
-    if (!(squared > 0.0)) continue;
-    double least = 0.0, greatest = 0.0, height = 0.0;  // times the edge's length; the hull lies to the left of its edges
-    for (int j = 0; j < footprint.count; ++j) {
-      const double x = footprint.hull[j].x - from.x, y = footprint.hull[j].y - from.y;
-      const double along = x * edge.x + y * edge.y, above = edge.x * y - edge.y * x;
-      least = along < least ? along : least;
-      greatest = along > greatest ? along : greatest;
-      height = above > height ? above : height;
+void fitSlices(const Region& region, const Footprint* footprints, int count, FitMode mode, const double* pixels, MapFit* fits) noexcept {
+  for (int i = 0; i < count; ++i) {
+    const Footprint& footprint = footprints[i];
+    MapFit& fit = fits[i];
+    fit.depthNear = footprint.depthNear;
+    fit.depthFar = footprint.depthFar;
+    fit.square = mode != FitMode::tight;
+    fit.size = glm::dvec2(mode == FitMode::stable ? std::max(sliceDiameter(region, footprint.padded), pixels[i]) : pixels[i]);
+    if (footprint.count == 0) continue;
+    if (mode == FitMode::stable) {
+      const glm::dvec2 size = fit.size;
+      fitAlong(footprint, {1.0, 0.0}, pixels[i], fit);
+      fit.size = size;
+    } else if (mode == FitMode::slice || footprint.count < 2) {  // a point has no edge
+      fitAlong(footprint, {1.0, 0.0}, pixels[i], fit);
+    } else if (i > 0 && isScaled(footprints[i - 1], footprint)) {  // one search serves them all
+      fitAlong(footprint, fits[i - 1].axisX, pixels[i], fit);
+    } else {
+      fitLeast(footprint, pixels[i], fit);
+      if (fit.size.x < fit.size.y) fitAlong(footprint, fit.axisY, pixels[i], fit);  // lying rectangles shelve better
     }
-    const double perLength = 1.0 / std::sqrt(squared);
-    const glm::dvec2 span = glm::dvec2(greatest - least, height) * perLength, size(std::max(span.x, pixel), std::max(span.y, pixel));
-    if (!(size.x * size.y < leastArea)) continue;
-    leastArea = size.x * size.y;
-    fit.axisX = edge * perLength;
-    fit.axisY = {-fit.axisX.y, fit.axisX.x};
-    fit.size = size;
-    fit.least = glm::dvec2(glm::dot(from, fit.axisX) + least * perLength, glm::dot(from, fit.axisY)) - (size - span) / 2.0;
   }
-  if (fit.size.x < fit.size.y) {  // lying rectangles shelve better: turn by a right angle
-    fit.axisX = fit.axisY;
-    fit.axisY = {-fit.axisX.y, fit.axisX.x};
-    fit.least = {fit.least.y, -(fit.least.x + fit.size.x)};
-    std::swap(fit.size.x, fit.size.y);
-  }
-  return fit;
 }
 
 Status growToViewport(const Frame& frame, const Region& region, const LightSpace& light, const Footprint& footprint, FitMode mode,

@@ -30,10 +30,8 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   MapFit fits[kMaxPartitions];
   double pixels[kMaxPartitions];
   makeFootprints(region, light, splits, frame.margin, byViewDepth, footprints);
-  for (int i = 0; i < splits.count; ++i) {
-    pixels[i] = pixelWidth(frame.camera, frame.image, nearestIn(region, splits.slices[i]));
-    fits[i] = fitSlice(region, footprints[i], mode, pixels[i]);
-  }
+  for (int i = 0; i < splits.count; ++i) pixels[i] = pixelWidth(frame.camera, frame.image, nearestIn(region, splits.slices[i]));
+  fitSlices(region, footprints, splits.count, mode, pixels, fits);
   Atlas atlas;
   if (const Status status = packAtlas(frame, fits, splits.count, atlas); status != Status::ok) return status;
 

@@ -57,8 +57,9 @@ struct MapFit {
   bool square = false;  // the viewport is square whatever the rectangle's aspect
 };
 
-// The rectangle for one slice. pixel: w_i at the slice's near end, the least side a map needs.
-[[nodiscard]] MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept;
+// The rectangle for each slice. pixels: w_i at the slices' near ends, the least side a map needs. Slices of one shape share the search:
+// tight is the least area within 1e-4.
+void fitSlices(const Region& region, const Footprint* footprints, int count, FitMode mode, const double* pixels, MapFit* fits) noexcept;
 
 // Grows a fit to its viewport: margins, float32 rounding and, for stable, the snap to texels. The depth range keeps room for the
 // normal offset. Errors: marginTexels (the margins leave no texel), worldSpacePrecision, stableWorldSpace; sets warnings.

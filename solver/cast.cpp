@@ -35,10 +35,10 @@ int makeCullPlanes(const Region& region, const LightSpace& light, const Footprin
   // Sides: planes through the light along the silhouette.
   if (footprint.count >= 3 && footprint.count <= kMaxSides) {
     for (int i = 0; i < footprint.count; ++i) {
-      const glm::dvec2 p = footprint.hull[i], edge = footprint.hull[(i + 1) % footprint.count] - p;
-      const double length = std::sqrt(glm::dot(edge, edge));
-      if (!(length > 0.0)) continue;
-      const glm::dvec2 inward = glm::dvec2(-edge.y, edge.x) / length;  // the hull runs counter-clockwise
+      const glm::dvec2 p = footprint.hull[i], edge = footprint.hull[i + 1 < footprint.count ? i + 1 : 0] - p;
+      const double squared = glm::dot(edge, edge);
+      if (!(squared > 0.0)) continue;
+      const glm::dvec2 inward = glm::dvec2(-edge.y, edge.x) * (1.0 / std::sqrt(squared));  // the hull runs counter-clockwise
       addSide(inward, -glm::dot(inward, p));
     }
   } else {

@@ -16,7 +16,8 @@ TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport,
   // sigma_max of the Jacobian over the determinant. sigma_max^2 = (S + T + sqrt((S - T)^2 + 4 (s.t)^2)) / 2, S and T the squared lengths.
   const double ss = glm::dot(sFlat, sFlat), tt = glm::dot(tFlat, tFlat);
   const double st = glm::dot(sFlat, tFlat), root = std::sqrt((ss - tt) * (ss - tt) + 4.0 * st * st);
-  return {std::sqrt(tt) / determinant, std::sqrt(ss) / determinant, std::sqrt((ss + tt + root) / 2.0) / determinant};
+  const double perDeterminant = 1.0 / determinant;
+  return {std::sqrt(tt) * perDeterminant, std::sqrt(ss) * perDeterminant, std::sqrt((ss + tt + root) / 2.0) * perDeterminant};
 }
 
 TexelError certify(const TexelError& size, double pixelWidthAtNear) noexcept {

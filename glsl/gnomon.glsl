@@ -7,6 +7,7 @@
 
 #include "gnomon_block.glsl"
 #include "gnomon_pssm.glsl"
+#include "gnomon_lloyd.glsl"
 #include "gnomon_lookup.glsl"
 
 #endif

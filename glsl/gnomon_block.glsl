@@ -16,7 +16,7 @@
 #ifndef GNOMON_MAX_PARTITIONS
 #define GNOMON_MAX_PARTITIONS 16
 #endif
-#define GNOMON_LAYOUT_VERSION 1
+#define GNOMON_LAYOUT_VERSION 2
 
 #define GNOMON_FLAG_VIEW_DEPTH 1u   // window depth cannot tell the splits apart: select by view depth
 #define GNOMON_FLAG_DEPTH_CLAMP 2u  // casters before the depth range must be clamped onto it
@@ -28,6 +28,10 @@ struct GnomonPartition {
   vec4 uvBounds;        // least u, least v, greatest u, greatest v of the viewport
   vec4 interval;        // xy: view depth served; zw: window depth times depthRule.x served; padded where no partition adjoins
   vec4 layer;           // x: layer of an array texture, 0 in an atlas; yzw: 0
+  vec4 axis;            // what gnomon_lloyd.glsl selects along: dot(xyz, p) + w of a world point p; view depth where no faces are used
+  vec4 left;            // half-spaces served, dot(xyz, p) + w >= 0: sides of a face's wedge; (0, 0, 0, 1) where there is none
+  vec4 right;
+  vec4 range;           // xy: served along axis, half-open; zw: 0
 };
 
 struct GnomonBlock {

@@ -9,14 +9,14 @@ struct Limits {
   int width, height;
 };
 
-// Whole texels for one map of `texels` texels whose inside, `margin` texels from each edge, has the rectangle's aspect.
+// Whole texels for one map of `texels` texels whose inside, `margin` texels from each edge, has the fit's aspect.
 glm::ivec2 viewportSize(const MapFit& fit, double texels, double margin, const Limits& most) noexcept {
-  if (fit.square) {
+  if (fit.aspect == 1.0) {
     const int side = std::clamp(static_cast<int>(std::sqrt(texels)), 1, std::min(most.width, most.height));
     return {side, side};
   }
   // (aspect h + 2 m)(h + 2 m) = texels for the inner height h
-  const double aspect = std::min(fit.size.x / fit.size.y, texels);
+  const double aspect = std::clamp(fit.aspect, 1.0 / texels, texels);
   const double twice = 2.0 * margin, middle = twice * (1.0 + aspect);
   const double inner = (std::sqrt(std::max(middle * middle + 4.0 * aspect * (texels - twice * twice), 0.0)) - middle) / (2.0 * aspect);
   const double wanted = std::max(aspect * inner, 0.0) + twice;
@@ -80,7 +80,7 @@ double texelsPerMap(const Budget& budget, int count) noexcept {
                              : static_cast<double>(budget.resolution) * budget.resolution;
 }
 
-Status packAtlas(const Frame& frame, const MapFit* fits, int count, Atlas& atlas) noexcept {
+Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, int count, Atlas& atlas) noexcept {
   const int border = frame.margin.border;
   const double margin = frame.margin.filter + frame.margin.normalOffset;
   const Limits most{frame.budget.atlas.x > 0 ? frame.budget.atlas.x : kMaxTextureSide,
@@ -103,7 +103,7 @@ Status packAtlas(const Frame& frame, const MapFit* fits, int count, Atlas& atlas
   for (double scaled = texels;; scaled *= kStep) {
     bool isLeast = true;
     for (int i = 0; i < count; ++i) {
-      sizes[i] = viewportSize(fits[i], std::max(scaled, 1.0), margin, mostMap);
+      sizes[i] = viewportSize(fits[i], std::max(shares ? scaled * count * shares[i] : scaled, 1.0), margin, mostMap);
       isLeast &= sizes[i].x == 1 && sizes[i].y == 1;
     }
     atlas.reduced = scaled < texels;

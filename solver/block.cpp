@@ -20,7 +20,11 @@ static_assert(offsetof(GnomonPartition, viewport) == 128);
 static_assert(offsetof(GnomonPartition, uvBounds) == 144);
 static_assert(offsetof(GnomonPartition, interval) == 160);
 static_assert(offsetof(GnomonPartition, layer) == 176);
-static_assert(sizeof(GnomonPartition) == 192);
+static_assert(offsetof(GnomonPartition, axis) == 192);
+static_assert(offsetof(GnomonPartition, left) == 208);
+static_assert(offsetof(GnomonPartition, right) == 224);
+static_assert(offsetof(GnomonPartition, range) == 240);
+static_assert(sizeof(GnomonPartition) == 256);
 static_assert(offsetof(GnomonBlock, info) == 0);
 static_assert(offsetof(GnomonBlock, atlas) == 16);
 static_assert(offsetof(GnomonBlock, origin) == 32);
@@ -32,7 +36,7 @@ static_assert(offsetof(GnomonBlock, bias) == 112);
 static_assert(offsetof(GnomonBlock, windowStart) == 128);
 static_assert(offsetof(GnomonBlock, viewStart) == 192);
 static_assert(offsetof(GnomonBlock, partitions) == 256);
-static_assert(sizeof(GnomonBlock) == 256 + GNOMON_MAX_PARTITIONS * 192);
+static_assert(sizeof(GnomonBlock) == 256 + GNOMON_MAX_PARTITIONS * 256);
 
 namespace {
 
@@ -107,17 +111,41 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
     out.viewport = vec4(map.viewport);
     const glm::dvec2 least = glm::dvec2(map.viewport.x, map.viewport.y) / atlas, size = glm::dvec2(map.viewport.z, map.viewport.w) / atlas;
     out.uvBounds = vec4(glm::dvec4(least, least + size));
-    // Where no partition adjoins, the interval is widened by what float32 depth may confuse: half-open ends need a neighbour.
-    const bool hasBefore = i > 0 && slices.slices[i - 1].far == slice.near,
-               hasAfter = i + 1 < count && slices.slices[i + 1].near == slice.far;
-    const double viewNear = hasBefore ? slice.near : slice.near - viewQuantum(camera, slice.near);
-    const double viewFar = hasAfter ? slice.far : slice.far + viewQuantum(camera, slice.far);
-    const double windowNear = windowDepth(camera, slice.near) * sign - (hasBefore ? 0.0 : windowQuantum(camera, slice.near));
-    const double windowFar = windowDepth(camera, slice.far) * sign + (hasAfter ? 0.0 : windowQuantum(camera, slice.far));
-    out.interval = vec4(glm::dvec4(viewNear, viewFar, windowNear, windowFar));
-    block.viewStart[i / 4][i % 4] = static_cast<float>(viewNear);
-    block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
     out.layer = vec4(static_cast<float>(map.layer), 0.0f, 0.0f, 0.0f);
+    if (slices.isWedged) {
+      const Wedge& wedge = slices.wedges[i];
+      const auto plane = [&](const glm::dvec3& normalVs, double offset) {
+        const glm::dvec3 normalWs = region.worldFromView * normalVs;
+        return vec4(glm::dvec4(normalWs, offset - glm::dot(normalWs, region.eyeWs - solution.originWs)));
+      };
+      const auto side = [&](const Plane& bound) {
+        return bound.normal == glm::dvec3(0.0) ? vec4(0.0f, 0.0f, 0.0f, 1.0f) : plane(bound.normal, bound.offset);
+      };
+      out.axis = plane(wedge.axis.normal, wedge.axis.offset);
+      out.left = side(wedge.left);
+      out.right = side(wedge.right);
+      const auto bound = [](double x) {
+        return static_cast<float>(std::clamp(x, -static_cast<double>(kNever), static_cast<double>(kNever)));
+      };
+      out.range = vec4(bound(wedge.start), bound(wedge.end), 0.0f, 0.0f);
+      out.interval = vec4(kNever);
+      isFine = isFine && isVectorFinite(out.axis) && isVectorFinite(out.left) && isVectorFinite(out.right);
+    } else {
+      // Where no partition adjoins, the interval is widened by what float32 depth may confuse: half-open ends need a neighbour.
+      const bool hasBefore = i > 0 && slices.slices[i - 1].far == slice.near,
+                 hasAfter = i + 1 < count && slices.slices[i + 1].near == slice.far;
+      const double viewNear = hasBefore ? slice.near : slice.near - viewQuantum(camera, slice.near);
+      const double viewFar = hasAfter ? slice.far : slice.far + viewQuantum(camera, slice.far);
+      const double windowNear = windowDepth(camera, slice.near) * sign - (hasBefore ? 0.0 : windowQuantum(camera, slice.near));
+      const double windowFar = windowDepth(camera, slice.far) * sign + (hasAfter ? 0.0 : windowQuantum(camera, slice.far));
+      out.interval = vec4(glm::dvec4(viewNear, viewFar, windowNear, windowFar));
+      block.viewStart[i / 4][i % 4] = static_cast<float>(viewNear);
+      block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
+      out.axis = block.viewPlane;
+      out.left = out.right = vec4(0.0f, 0.0f, 0.0f, 1.0f);
+      const auto end = static_cast<float>(viewFar);
+      out.range = vec4(static_cast<float>(viewNear), hasAfter ? end : std::nextafter(end, kNever), 0.0f, 0.0f);  // the last is closed
+    }
     isFine = isFine && isFinite(out.clipFromWorld) && std::isfinite(map.error.extent);  // atlasFromWorld's numbers are no larger
   }
   return isFine;

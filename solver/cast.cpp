@@ -65,15 +65,15 @@ int makeCullPlanes(const Region& region, const LightSpace& light, const Footprin
 void extendToCasters(std::span<const Box> casters, const Region& region, const LightSpace& light, MapFit& fit) noexcept {
   if (casters.empty()) return;
   const glm::dmat4 rows = glm::transpose(light.lsFromWorld);
-  const glm::dvec3 x = glm::dvec3(rows[0]) * fit.axisX.x + glm::dvec3(rows[1]) * fit.axisX.y;
-  const glm::dvec3 y = glm::dvec3(rows[0]) * fit.axisY.x + glm::dvec3(rows[1]) * fit.axisY.y;
-  const Plane sides[4] = {{x, -fit.least.x}, {-x, fit.least.x + fit.size.x}, {y, -fit.least.y}, {-y, fit.least.y + fit.size.y}};
-  const double magnitude = std::abs(fit.least.x) + std::abs(fit.least.y) + fit.size.x + fit.size.y;
+  const auto across = [&](const glm::dvec3& row) -> Plane { return {glm::dvec3(rows[0]) * row.x + glm::dvec3(rows[1]) * row.y, row.z}; };
+  const glm::dvec2 most = fit.least + fit.size;
+  const Plane sides[4] = {across(fit.s - fit.w * fit.least.x), across(fit.w * most.x - fit.s), across(fit.t - fit.w * fit.least.y),
+                          across(fit.w * most.y - fit.t)};
   Cell cell;
   for (const Box& box : casters) {
     boxCell(box.minWs - region.eyeWs, box.maxWs - region.eyeWs, glm::dmat3(1.0), cell);
     bool isOver = true;
-    for (const Plane& side : sides) isOver = isOver && cutCell(cell, side, magnitude) != Cut::outside;
+    for (const Plane& side : sides) isOver = isOver && cutCell(cell, side, std::abs(side.offset)) != Cut::outside;
     if (!isOver) continue;
     double nearest = kInfinity;
     for (int i = 0; i < cell.vertexCount; ++i) nearest = std::min(nearest, glm::dot(light.directionWs, cell.vertices[i]));

@@ -26,6 +26,47 @@ TexelError certify(const TexelError& size, double pixelWidthAtNear) noexcept {
   return {size.s * scale, size.t * scale, size.extent * scale};
 }
 
+TexelError certify(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const LightSpace& light, const glm::dvec3& eyeMinusOriginWs,
+                   const Served& served) noexcept {
+  // The emitted rows in light space (from the eye), in texels.
+  const glm::dmat3 lsFromWorld(light.lsFromWorld);
+  const glm::dmat4 m(clipFromWorld);
+  const auto row = [&](int r) {
+    const glm::dvec3 ws(m[0][r], m[1][r], m[2][r]);
+    return glm::dvec4(lsFromWorld * ws, m[3][r] + glm::dot(ws, eyeMinusOriginWs));
+  };
+  const glm::dvec4 s = row(0) * (viewport.z / 2.0), t = row(1) * (viewport.w / 2.0), wRow = row(3);
+  // A texel's edges at a point are w a / D and w b / D, turned by a right angle, with the vectors a = w grad t - t grad w and
+  // b = w grad s - s grad w, which are affine in the point like w and w_i, and D constant. Every point served is a mean of the
+  // vertices, sum of c_i v_i, and w a = sum over i, j of c_i c_j (w_i a_j + w_j a_i) / 2 while w_i = sum of c_i c_j (pixel_i + pixel_j) / 2:
+  // so the greatest |w_i a_j + w_j a_i| / (pixel_i + pixel_j) over all pairs bounds |w a| / w_i everywhere (Bernstein's form). i = j are
+  // the vertices themselves, and where w grows no faster than pixels they are the greatest.
+  glm::dvec2 a[kMaxHull], b[kMaxHull];
+  double w[kMaxHull], determinant = kInfinity;
+  for (int i = 0; i < served.count; ++i) {
+    const glm::dvec4 p(served.points[i], 1.0);
+    w[i] = glm::dot(wRow, p);
+    a[i] = w[i] * glm::dvec2(t) - glm::dot(t, p) * glm::dvec2(wRow);
+    b[i] = w[i] * glm::dvec2(s) - glm::dot(s, p) * glm::dvec2(wRow);
+    determinant = std::min(determinant, std::abs(b[i].x * a[i].y - b[i].y * a[i].x) / w[i]);
+    if (!(w[i] > 0.0)) determinant = 0.0;
+  }
+  if (!(determinant > 0.0 && served.count > 0)) return {kInfinity, kInfinity, kInfinity};
+  TexelError squared;
+  for (int i = 0; i < served.count; ++i)
+    for (int j = i; j < served.count; ++j) {
+      const glm::dvec2 edgeS = w[i] * a[j] + w[j] * a[i], edgeT = w[i] * b[j] + w[j] * b[i];
+      const double pixels = served.pixels[i] + served.pixels[j], scale = 1.0 / (pixels * pixels);
+      const double ss = glm::dot(edgeS, edgeS), tt = glm::dot(edgeT, edgeT), st = glm::dot(edgeS, edgeT);
+      squared.s = std::max(squared.s, ss * scale);
+      squared.t = std::max(squared.t, tt * scale);
+      squared.extent = std::max(squared.extent, (ss + tt + std::sqrt((ss - tt) * (ss - tt) + 4.0 * st * st)) / 2.0 * scale);
+    }
+  constexpr double kInflation = 1.0 + 1e-6;
+  const double scale = kInflation / determinant;
+  return {std::sqrt(squared.s) * scale, std::sqrt(squared.t) * scale, std::sqrt(squared.extent) * scale};
+}
+
 double limitTexels(const Frame& frame) noexcept {
   const Camera& camera = frame.camera;
   if (camera.projection != Projection::perspective || camera.left != camera.right || camera.down != camera.up) return 0.0;

@@ -16,9 +16,63 @@ double nearestIn(const Region& region, const DepthSpan& slice) noexcept {
   return slice.near;
 }
 
+// The axis of a wedge's warps: the bisector of its sides, as the light sees it; along the axis it is cut by where it has no sides.
+glm::dvec2 wedgeAxis(const Wedge& wedge, const LightSpace& light) noexcept {
+  const auto seen = [&](const Plane& plane) { return glm::dvec2(light.lsFromView * glm::dvec4(plane.normal, 0.0)); };
+  const auto turned = [](const glm::dvec2& v) { return v == glm::dvec2(0.0) ? v : glm::dvec2(v.y, -v.x) / std::sqrt(glm::dot(v, v)); };
+  glm::dvec2 axis = turned(seen(wedge.left)) - turned(seen(wedge.right));  // along the sides, away from the apex
+  if (axis == glm::dvec2(0.0)) axis = seen(wedge.axis);
+  const double squared = glm::dot(axis, axis);
+  return squared > 0.0 ? axis / std::sqrt(squared) : axis;
+}
+
+// A wedge's half-spaces in the world, unit normals. Returns their number.
+int writePlanes(const Region& region, const Wedge& wedge, glm::dvec4* planesWs) noexcept {
+  int count = 0;
+  const auto add = [&](const glm::dvec3& normal, double offset) {
+    const glm::dvec3 normalWs = region.worldFromView * normal;
+    const double scale = 1.0 / std::sqrt(glm::dot(normalWs, normalWs));
+    planesWs[count++] = glm::dvec4(normalWs, offset - glm::dot(normalWs, region.eyeWs)) * scale;
+  };
+  for (const Plane& side : {wedge.left, wedge.right})
+    if (side.normal != glm::dvec3(0.0)) add(side.normal, side.offset);
+  if (wedge.start > -kInfinity) add(wedge.axis.normal, wedge.axis.offset - wedge.start);
+  if (wedge.end < kInfinity) add(-wedge.axis.normal, wedge.end - wedge.axis.offset);
+  return count;
+}
+
 }  // namespace
 
-Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, FitMode mode,
+void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
+             bool byViewDepth, MapFits& maps) noexcept {
+  makeFootprints(region, light, splits, frame.margin, byViewDepth, maps.footprints);
+  for (int i = 0; i < splits.count; ++i) maps.pixels[i] = pixelWidth(region.camera, region.image, nearestIn(region, splits.slices[i]));
+  maps.hasServed = splits.isWedged || settings.warp.warp != Warp::none;
+  if (maps.hasServed) gatherServed(region, light, splits, maps.served);
+  if (splits.isWedged)  // a wedge's nearest point decides, not the region's
+    for (int i = 0; i < splits.count; ++i)
+      if (const Served& served = maps.served[i]; served.count > 0)
+        maps.pixels[i] = *std::min_element(served.pixels, served.pixels + served.count);
+  fitSlices(region, maps.footprints, splits.count, settings.fit, maps.pixels, maps.fits);
+  const glm::dvec2 view(light.lsFromView[2]);
+  const double length = std::sqrt(glm::dot(view, view));
+  maps.neededTexels = 0.0;
+  for (int i = 0; i < splits.count; ++i) {
+    if (maps.hasServed) {
+      const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
+      const bool isKnown = i > 0 && isScaled(maps.footprints[i - 1], maps.footprints[i]);  // one search serves them all
+      maps.shapes[i] =
+          warpFit(settings.warp, light, maps.footprints[i], maps.served[i], axis, isKnown ? &maps.shapes[i - 1] : nullptr, maps.fits[i]);
+    }
+    const MapFit& fit = maps.fits[i];
+    maps.needed[i] = maps.footprints[i].count == 0 ? 0.0
+                     : fit.isWarped                ? neededTexels(maps.served[i], maps.shapes[i])
+                                                   : fit.size.x * fit.size.y / (maps.pixels[i] * maps.pixels[i]);
+    maps.neededTexels += maps.needed[i];
+  }
+}
+
+Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
                 Solution& solution) noexcept {
   solution.limitTexels = limitTexels(frame);
   if (splits.count == 0) {
@@ -26,14 +80,14 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
     return Status::ok;
   }
   const bool byViewDepth = needsViewDepth(region, splits);
-  Footprint footprints[kMaxPartitions];
-  MapFit fits[kMaxPartitions];
-  double pixels[kMaxPartitions];
-  makeFootprints(region, light, splits, frame.margin, byViewDepth, footprints);
-  for (int i = 0; i < splits.count; ++i) pixels[i] = pixelWidth(frame.camera, frame.image, nearestIn(region, splits.slices[i]));
-  fitSlices(region, footprints, splits.count, mode, pixels, fits);
+  MapFits maps;
+  fitMaps(frame, region, light, splits, settings, byViewDepth, maps);
+  double shares[kMaxPartitions];
+  for (int i = 0; i < splits.count; ++i) shares[i] = maps.needed[i] / maps.neededTexels;
   Atlas atlas;
-  if (const Status status = packAtlas(frame, fits, splits.count, atlas); status != Status::ok) return status;
+  const bool isShared = settings.shares == Shares::error && maps.neededTexels > 0.0;
+  if (const Status status = packAtlas(frame, maps.fits, isShared ? shares : nullptr, splits.count, atlas); status != Status::ok)
+    return status;
 
   std::uint32_t warnings = region.warnings;
   if (atlas.reduced) warnings |= static_cast<std::uint32_t>(Warning::atlasReduced);
@@ -44,24 +98,30 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   const std::span<const glm::dvec4> capsWs(caps, static_cast<std::size_t>(makeCaps(region, light, caps)));
   Splits made;
   for (int i = 0; i < splits.count; ++i) {
-    if (footprints[i].count == 0) continue;
+    if (maps.footprints[i].count == 0) continue;
     const int m = made.count++;
     Partition& map = solution.partitions[m];
-    MapFit& fit = fits[i];
+    MapFit& fit = maps.fits[i];
     made.slices[m] = splits.slices[i];
+    made.isWedged = splits.isWedged;
+    if (splits.isWedged) made.wedges[m] = splits.wedges[i];
     map.near = splits.slices[i].near;
     map.far = splits.slices[i].far;
     map.viewport = atlas.viewports[i];
     map.layer = frame.shadowMap.layout == MapLayout::layers ? m : 0;
-    if (const Status status = growToViewport(frame, region, light, footprints[i], mode, map.viewport, fit, warnings); status != Status::ok)
+    if (const Status status = growToViewport(frame, region, light, maps.footprints[i], settings.fit, map.viewport, fit, warnings);
+        status != Status::ok)
       return status;
     extendToCasters(frame.scene.casters, region, light, fit);
     clipFromWorld[m] = cropMatrix(frame, light, eyeMinusOrigin, fit);
     map.clipFromWorld = glm::mat4(clipFromWorld[m]);
-    map.error = certify(texelSize(map.clipFromWorld, map.viewport, light.directionWs), pixels[i]);
-    const double texel = std::max(fit.size.x / map.viewport.z, fit.size.y / map.viewport.w);
+    map.error = fit.isWarped ? certify(map.clipFromWorld, map.viewport, light, eyeMinusOrigin, maps.served[i])
+                             : certify(texelSize(map.clipFromWorld, map.viewport, light.directionWs), maps.pixels[i]);
+    map.warp = fit.isWarped ? settings.warp.warp : Warp::none;
+    map.planeCount = splits.isWedged ? writePlanes(region, splits.wedges[i], map.planes) : 0;
+    const double texel = std::max(fit.stretch.x * fit.size.x / map.viewport.z, fit.stretch.y * fit.size.y / map.viewport.w);
     const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset);
-    map.cullPlaneCount = makeCullPlanes(region, light, footprints[i], capsWs, grow, map.cullPlanes);
+    map.cullPlaneCount = makeCullPlanes(region, light, maps.footprints[i], capsWs, grow, map.cullPlanes);
     solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
     solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;
   }

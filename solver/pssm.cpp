@@ -42,7 +42,8 @@ Status solvePssm(const Frame& frame, const PssmSettings& settings, Solution& sol
     Splits splits;
     if (const Status status = splitFor(settings.fit, region, splitting, count, splits, value); status != Status::ok)
       return refuse(solution, status);
-    if (const Status status = makeMaps(frame, region, light, splits, settings.fit, solution); status != Status::ok)
+    if (const Status status = makeMaps(frame, region, light, splits, {.fit = settings.fit, .warp = {}, .shares = Shares::equal}, solution);
+        status != Status::ok)
       return refuse(solution, status);
     if (!splitting.automatic || solution.maxError <= frame.budget.targetError) return Status::ok;
     if (count < frame.budget.partitions && splitting.scheme != SplitScheme::explicitDepths) continue;

@@ -18,15 +18,6 @@ void hexahedron(Cell& cell) noexcept {
   std::copy(std::begin(kEdges), std::end(kEdges), cell.edges);
 }
 
-void copyCell(const Cell& from, Cell& to) noexcept {
-  to.vertexCount = from.vertexCount;
-  to.edgeCount = from.edgeCount;
-  to.planeCount = from.planeCount;
-  std::copy_n(from.vertices, from.vertexCount, to.vertices);
-  std::copy_n(from.edges, from.edgeCount, to.edges);
-  std::copy_n(from.planes, from.planeCount, to.planes);
-}
-
 void viewVolume(const Camera& camera, double near, double far, Cell& cell) noexcept {
   hexahedron(cell);
   const bool isPerspective = camera.projection == Projection::perspective;
@@ -105,6 +96,15 @@ bool cutToBox(Cell& cell, const Box& box, const Region& region) noexcept {
 }
 
 }  // namespace
+
+void copyCell(const Cell& from, Cell& to) noexcept {
+  to.vertexCount = from.vertexCount;
+  to.edgeCount = from.edgeCount;
+  to.planeCount = from.planeCount;
+  std::copy_n(from.vertices, from.vertexCount, to.vertices);
+  std::copy_n(from.edges, from.edgeCount, to.edges);
+  std::copy_n(from.planes, from.planeCount, to.planes);
+}
 
 Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept {
   double distance[kMaxCellVertices];

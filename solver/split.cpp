@@ -106,6 +106,7 @@ bool append(const Region& region, DepthSpan slice, bool isLast, Splits& splits) 
 }  // namespace
 
 bool needsViewDepth(const Region& region, const Splits& splits) noexcept {
+  if (splits.isWedged) return false;
   constexpr double kLeastSteps = 8.0;  // depth values that a slice must hold for its padding to stay small
   for (int i = 0; i < splits.count; ++i) {
     const DepthSpan& slice = splits.slices[i];
@@ -117,6 +118,7 @@ bool needsViewDepth(const Region& region, const Splits& splits) noexcept {
 
 DepthSpan padSlice(const Region& region, const Splits& splits, int i, const Margin& margin, bool byViewDepth) noexcept {
   const DepthSpan& slice = splits.slices[i];
+  if (splits.isWedged) return slice;
   const auto quantum = [&](double z) {
     return std::max(viewQuantum(region.camera, z), byViewDepth ? 0.0 : depthQuantum(region.camera, z));
   };

@@ -55,6 +55,7 @@ Text text(Status status) noexcept {
       return {"method.fit",
               "stable cannot hold with world-space matrices this far from the origin (float32 rounds off the snapping): use "
               "camera-relative ones"};
+    case Status::warpEta: return {"method.eta", "must be a number in [-1, 1]"};
     case Status::biasSlope: return {"bias.slope", "must be a finite number >= 0"};
     case Status::biasConstant: return {"bias.constant", "must be a finite number of texels >= 0"};
     case Status::worldSpacePrecision:
@@ -80,6 +81,8 @@ const char* warningText(Warning warning) noexcept {
     case Warning::atlasReduced: return "the maps were scaled down alike to fit the atlas";
     case Warning::regionSimplified:
       return "more half-spaces cut the view than can be held: some were ignored, maps cover more than they need";
+    case Warning::facesMissing:
+      return "face partitions need more maps than the budget allows, or the view has no faces to use: z-partitions were made instead";
   }
   return "";
 }

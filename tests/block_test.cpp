@@ -20,7 +20,7 @@ uniform int which;
 out vec4 colour;
 void main() {
   GnomonPartition p = gnomon.partitions[which];
-  colour = p.clipFromWorld[0] + p.atlasFromWorld[1] + p.viewport + p.uvBounds + p.interval + p.layer + vec4(gnomon.info) + gnomon.atlas + gnomon.origin +
+  colour = p.clipFromWorld[0] + p.atlasFromWorld[1] + p.viewport + p.uvBounds + p.interval + p.layer + p.axis + p.left + p.right + p.range + vec4(gnomon.info) + gnomon.atlas + gnomon.origin +
            gnomon.originRest + gnomon.lightDirection + gnomon.viewPlane + gnomon.depthRule + gnomon.bias + gnomon.windowStart[which] + gnomon.viewStart[which];
 }
 )";
@@ -49,6 +49,10 @@ std::map<std::string, std::size_t> expected() {
     GNOMON_TEST_MEMBER(uvBounds)
     GNOMON_TEST_MEMBER(interval)
     GNOMON_TEST_MEMBER(layer)
+    GNOMON_TEST_MEMBER(axis)
+    GNOMON_TEST_MEMBER(left)
+    GNOMON_TEST_MEMBER(right)
+    GNOMON_TEST_MEMBER(range)
 #undef GNOMON_TEST_MEMBER
   }
   return out;

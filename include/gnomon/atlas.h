@@ -20,7 +20,8 @@ struct Atlas {
 // Texels of one map under a budget that `count` maps share.
 [[nodiscard]] double texelsPerMap(const Budget& budget, int count) noexcept;
 
-// Sizes each map by its fit's aspect and places it. Errors: budgetAtlas (even one texel each does not fit), marginTexels.
-[[nodiscard]] Status packAtlas(const Frame& frame, const MapFit* fits, int count, Atlas& atlas) noexcept;
+// Sizes each map by its fit's aspect and places it. shares: of all texels, for each map, summing to 1; null: equal. Layers of an
+// array are always equal. Errors: budgetAtlas (even one texel each does not fit), marginTexels.
+[[nodiscard]] Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, int count, Atlas& atlas) noexcept;
 
 }  // namespace gnomon

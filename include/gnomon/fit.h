@@ -14,52 +14,36 @@
 
 #include <glm/mat4x4.hpp>
 
-#include "gnomon/region.h"
-#include "gnomon/split.h"
+#include "gnomon/footprint.h"
 #include "gnomon/types.h"
 
 namespace gnomon {
 
 enum class FitMode : std::uint8_t { tight, slice, stable };
 
-// Light space: x and y span the light plane, z grows away from the light. A general 4x4, so that a spot light's
-// post-perspective space can pass through the same stages. [Zhang 2006, sec. 3.1]
-struct LightSpace {
-  glm::dmat4 lsFromView{1.0};
-  glm::dmat4 lsFromWorld{1.0};  // from world - eye
-  glm::dvec3 directionVs{0.0}, directionWs{0.0};  // unit, from the light to the scene
-};
-
 // The light space of a directional light. Its axes come from the view, except for stable, where the world fixes them.
 // Errors: lightDirection.
 [[nodiscard]] Status makeLightSpace(const DirectionalLight& light, const Region& region, FitMode mode, LightSpace& out) noexcept;
 
-inline constexpr int kMaxHull = 64;
-
-// What one map must hold, seen from the light.
-struct Footprint {
-  int count = 0;  // hull vertices, counter-clockwise in light space; 0: nothing
-  glm::dvec2 hull[kMaxHull];
-  double depthNear = 0.0, depthFar = 0.0;  // light-space depths of what must be shadowed
-  double reach = 0.0;  // farthest distance from the eye, for rounding bounds
-  DepthSpan padded{0.0, 0.0};  // view depths covered
-};
-
-// Gathers the slices' footprints, each slice padded by the depth quantum and the blend band. One footprint for each slice.
-void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
-                    Footprint* footprints) noexcept;
-
-// A rectangle of the light plane: the coordinates along axisX and axisY (unit, orthogonal, light space).
+// A map of the light plane to the rectangle [least, least + size] of coordinates s / w and t / w, where s, t and w are the products
+// of these rows with (x, y, 1) in light space. Rectangles of the plane have w = (0, 0, 1) and unit, orthogonal s and t; warps
+// (gnomon/warp.h) have w >= 1 on what the map covers. det(s, t, w) > 0.
 struct MapFit {
-  glm::dvec2 axisX{1.0, 0.0}, axisY{0.0, 1.0};
-  glm::dvec2 least{0.0}, size{0.0};  // size > 0
-  double depthNear = 0.0, depthFar = 0.0;  // depthFar > depthNear
-  bool square = false;  // the viewport is square whatever the rectangle's aspect
+  glm::dvec3 s, t, w;
+  glm::dvec2 least, size;  // size > 0
+  glm::dvec2 stretch;  // world length of a unit of s and of t, where it is greatest
+  bool isWarped;
+  double aspect;  // of the viewport: texels along s over texels along t
+  double depthNear, depthFar;  // depthFar > depthNear
 };
 
 // The rectangle for each slice. pixels: w_i at the slices' near ends, the least side a map needs. Slices of one shape share the search:
 // tight is the least area within 1e-4.
 void fitSlices(const Region& region, const Footprint* footprints, int count, FitMode mode, const double* pixels, MapFit* fits) noexcept;
+
+// True where b is a, scaled about the eye, as near as makes no difference to the choice of an axis or a warp: so are the slices of equal
+// ratio of a whole perspective view.
+[[nodiscard]] bool isScaled(const Footprint& a, const Footprint& b) noexcept;
 
 // Grows a fit to its viewport: margins, float32 rounding and, for stable, the snap to texels. The depth range keeps room for the
 // normal offset. Errors: marginTexels (the margins leave no texel), worldSpacePrecision, stableWorldSpace; sets warnings.

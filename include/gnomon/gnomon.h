@@ -4,6 +4,7 @@
 #include "gnomon/block.h"
 #include "gnomon/camera.h"
 #include "gnomon/cast.h"
+#include "gnomon/lloyd.h"
 #include "gnomon/lookup.h"
 #include "gnomon/pssm.h"
 #include "gnomon/types.h"

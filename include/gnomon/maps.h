@@ -1,4 +1,4 @@
-// maps: the stages that every method shares once it knows its slices: fit -> atlas -> block.
+// maps: the stages that every method shares once it knows its slices: footprint -> fit -> warp -> atlas -> block.
 //
 // Shader part: none.
 // Test: tests/maps_test.cpp
@@ -7,13 +7,41 @@
 #include "gnomon/fit.h"
 #include "gnomon/split.h"
 #include "gnomon/types.h"
+#include "gnomon/warp.h"
 
 namespace gnomon {
+
+// How the budget's texels are shared between maps.
+enum class Shares : std::uint8_t {
+  equal,
+  error,  // so that every map ends with the same error  [Lloyd 2006, eq. 13 and 14 generalised]
+};
+
+struct MapSettings {
+  FitMode fit = FitMode::tight;
+  WarpSettings warp;  // of tight fits
+  Shares shares = Shares::equal;
+};
+
+// What every slice's map looks like before it has a place.
+struct MapFits {
+  Footprint footprints[kMaxPartitions];
+  Served served[kMaxPartitions];  // filled where hasServed
+  MapFit fits[kMaxPartitions];
+  WarpShape shapes[kMaxPartitions];  // filled where hasServed
+  double pixels[kMaxPartitions];  // the least w_i that each serves
+  double needed[kMaxPartitions], neededTexels = 0.0;  // of each and of all, for error 1 at every vertex
+  bool hasServed = false;
+};
+
+// The first half: what a method may compare before it chooses.
+void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
+             bool byViewDepth, MapFits& maps) noexcept;
 
 // Fits a map to each slice, places them all and writes the partitions, their errors and the block. Slices that hold nothing get
 // no map, but keep their place in the atlas. Solution::originWs is read. Errors: marginTexels, budgetAtlas, worldSpacePrecision,
 // stableWorldSpace, floatRange.
-[[nodiscard]] Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, FitMode mode,
-                              Solution& solution) noexcept;
+[[nodiscard]] Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits,
+                              const MapSettings& settings, Solution& solution) noexcept;
 
 }  // namespace gnomon

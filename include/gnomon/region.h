@@ -46,6 +46,9 @@ enum class Cut : std::uint8_t {
 // magnitude: size of the terms that the plane's offset was computed from, for that rounding.
 Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept;
 
+// Copies the used part of a cell.
+void copyCell(const Cell& from, Cell& to) noexcept;
+
 // The eight corners of a box given by its least and greatest coordinates along three axes, as a cell.
 void boxCell(const glm::dvec3& least, const glm::dvec3& greatest, const glm::dmat3& axes, Cell& cell) noexcept;
 

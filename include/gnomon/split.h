@@ -27,10 +27,20 @@ struct SplitSettings {
   bool automatic = false;  // the least count whose predicted error meets Budget::targetError; count is then ignored
 };
 
-// Depth intervals to serve, in order, disjoint; each ends where the next begins unless receivers leave a gap.
+// A part of the light plane swept along the light, in view space: start <= axis(p) < end, left(p) >= 0, right(p) >= 0, where
+// plane(p) = dot(normal, p) + offset. A side with a zero normal does not bound.
+struct Wedge {
+  Plane left, right, axis;
+  double start, end;  // may be -kInfinity and kInfinity
+};
+
+// Depth intervals to serve, in order, disjoint; each ends where the next begins unless receivers leave a gap. Where isWedged, every
+// slice spans the region's whole depth and the wedges, disjoint, decide instead.
 struct Splits {
   int count = 0;
+  bool isWedged = false;
   DepthSpan slices[kMaxPartitions];
+  Wedge wedges[kMaxPartitions];
 };
 
 // Errors: splitLambda, splitBias, splitExplicit, splitCount, splitBiasOrder (the bias moves a plane past far or another plane).

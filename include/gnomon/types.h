@@ -64,6 +64,7 @@ enum class Status : std::uint8_t {
   splitCount,
   stableAutomatic,
   stableWorldSpace,
+  warpEta,
   biasSlope,
   biasConstant,
   worldSpacePrecision,
@@ -82,8 +83,9 @@ enum class Warning : std::uint32_t {
   targetMissed = 1u << 2,  // the target error needs more maps or texels than the budget allows
   atlasReduced = 1u << 3,  // maps were scaled down alike to fit the atlas
   regionSimplified = 1u << 4,  // more half-spaces cut the view than a cell can hold: the rest were ignored (maps cover more)
+  facesMissing = 1u << 5,  // face partitions need more maps than allowed, or the view has no faces to use: z-partitions instead
 };
-inline constexpr int kWarningCount = 5;
+inline constexpr int kWarningCount = 6;
 [[nodiscard]] const char* warningText(Warning warning) noexcept;
 
 // A depth buffer's convention: normalised depth at near and far. Window depth (gl_FragCoord.z) is 0..1 for the first two.
@@ -185,6 +187,11 @@ struct TexelError {
   double extent = 0.0;  // longest stretch of a texel over w_i
 };
 
+// Which warp a map has (gnomon/warp.h).
+enum class Warp : std::uint8_t { none, lispsm, psm, tsm, eta, least };
+
+inline constexpr int kMaxPartitionPlanes = 4;
+
 // One shadow map.
 struct Partition {
   double near = 0.0, far = 0.0;  // view depths served, half-open; closed where no partition begins at far
@@ -192,6 +199,9 @@ struct Partition {
   glm::ivec4 viewport{0};  // x, y, width, height in texels; rows counted from v = 0
   int layer = 0;  // of an array texture; 0 in an atlas
   TexelError error;
+  Warp warp = Warp::none;
+  int planeCount = 0;
+  glm::dvec4 planes[kMaxPartitionPlanes];  // world half-spaces >= 0 served, beside the interval; none where depth alone decides
   int cullPlaneCount = 0;
   glm::dvec4 cullPlanes[kMaxCullPlanes];  // world half-spaces >= 0, unit normals: together they hold every caster this map needs
 };

@@ -407,33 +407,22 @@ void parseBudget(const Json& value, Budget& budget) {
   fields.numberIf("target_error", Status::budgetTargetError, budget.targetError);
 }
 
-const Words kLaterMethods = {"single", "lloyd", "sdsm", "lspsm", "auto"};
+const Words kLaterMethods = {"single", "sdsm", "lspsm", "auto"};
 const Words kSplitWords = {"uniform", "logarithmic", "practical", "explicit"};
 const Words kFitWords = {"tight", "slice", "stable"};
+const Words kSchemeWords = {"w", "zp", "zp+w", "fp+w", "fp+zp+w", "best"};
+const Words kWarpWords = {"none", "lispsm", "psm", "tsm", "eta", "least"};
+const Words kShareWords = {"equal", "error"};
+const Words kNearFaceWords = {"own", "stretched"};
 
-void parseMethod(const Json& value, Case& out) {
-  Fields::requireObject(value, "method");
-  Words names;
-  for (const Method& method : methods()) names.push_back(method.name);
-  const std::string nameRule = names.size() == 1 ? "must be " + names.front() : "must be one of " + join(names);
-  const auto name = value.find("name");
-  if (name == value.end()) refuse("method.name", nameRule, "nothing");
-  for (const std::string& later : kLaterMethods)
-    if (*name == later) refuse("method.name", nameRule, later + ": not built yet");
-  if (*name != "pssm") refuse("method.name", nameRule, wordOrText(*name));
-  out.method = name->get<std::string>();
+// Sets an enumeration whose values stand in the order of their words.
+template <class Enum>
+void choiceIf(const Fields& fields, const std::string& key, const Words& words, Enum& value) {
+  if (const int choice = fields.choice(key, words); choice >= 0) value = static_cast<Enum>(choice);
+}
 
-  Words allowed = {"name"};
-  for (const Setting& setting : methods().front().settings) allowed.push_back(setting.name);
-  const Fields fields(value, "method", allowed);
-  SplitSettings& split = out.pssm.split;
-  switch (fields.choice("split", kSplitWords)) {
-    case 0: split.scheme = SplitScheme::uniform; break;
-    case 1: split.scheme = SplitScheme::logarithmic; break;
-    case 2: split.scheme = SplitScheme::practical; break;
-    case 3: split.scheme = SplitScheme::explicitDepths; break;
-    default: break;
-  }
+void parseSplit(const Fields& fields, SplitSettings& split, std::vector<double>& depths) {
+  choiceIf(fields, "split", kSplitWords, split.scheme);
   fields.numberIf("lambda", Status::splitLambda, split.lambda);
   fields.numberIf("bias", Status::splitBias, split.bias);
   const bool isExplicit = split.scheme == SplitScheme::explicitDepths;
@@ -442,9 +431,9 @@ void parseMethod(const Json& value, Case& out) {
     if (!isExplicit) throw Refusal("method.splits: can be given only where method.split is explicit");
     for (std::size_t i = 0; i < splits->size(); ++i) {
       if (!(*splits)[i].is_number()) refuse("method.splits[" + std::to_string(i) + "]", "must be a number", text((*splits)[i]));
-      out.splits.push_back((*splits)[i].get<double>());
+      depths.push_back((*splits)[i].get<double>());
     }
-    split.depths = out.splits;
+    split.depths = depths;
   } else if (isExplicit) {
     refuse("method.splits", "must be a list of view depths where method.split is explicit", "nothing");
   }
@@ -458,12 +447,36 @@ void parseMethod(const Json& value, Case& out) {
       if (split.count <= 0) refuse("method.count", rule, std::to_string(split.count));
     }
   }
-  switch (fields.choice("fit", kFitWords)) {
-    case 0: out.pssm.fit = FitMode::tight; break;
-    case 1: out.pssm.fit = FitMode::slice; break;
-    case 2: out.pssm.fit = FitMode::stable; break;
-    default: break;
+}
+
+void parseMethod(const Json& value, Case& out) {
+  Fields::requireObject(value, "method");
+  Words names;
+  for (const Method& method : methods()) names.push_back(method.name);
+  const std::string nameRule = names.size() == 1 ? "must be " + names.front() : "must be one of " + join(names);
+  const auto name = value.find("name");
+  if (name == value.end()) refuse("method.name", nameRule, "nothing");
+  for (const std::string& later : kLaterMethods)
+    if (*name == later) refuse("method.name", nameRule, later + ": not built yet");
+  const auto method = std::find_if(methods().begin(), methods().end(), [&](const Method& known) { return *name == known.name; });
+  if (method == methods().end()) refuse("method.name", nameRule, wordOrText(*name));
+  out.method = method->name;
+
+  Words allowed = {"name"};
+  for (const Setting& setting : method->settings) allowed.push_back(setting.name);
+  const Fields fields(value, "method", allowed);
+  if (out.method == "pssm") {
+    parseSplit(fields, out.pssm.split, out.splits);
+    choiceIf(fields, "fit", kFitWords, out.pssm.fit);
+    return;
   }
+  LloydSettings& lloyd = out.lloyd;
+  parseSplit(fields, lloyd.split, out.splits);
+  choiceIf(fields, "scheme", kSchemeWords, lloyd.scheme);
+  choiceIf(fields, "warp", kWarpWords, lloyd.warp.warp);
+  fields.numberIf("eta", Status::warpEta, lloyd.warp.eta);
+  choiceIf(fields, "shares", kShareWords, lloyd.shares);
+  choiceIf(fields, "near_face", kNearFaceWords, lloyd.nearFace);
 }
 
 // A part of a dotted path as a place in a list, or -1.
@@ -620,25 +633,46 @@ std::string refusalText(const Case& input, const Solution& solution) {
 
 const std::vector<Method>& methods() {
   static const std::vector<Method> list = [] {
-    const PssmSettings fallback;
+    const auto word = [](const Words& words, auto value) { return words[static_cast<std::size_t>(value)]; };
+    const SplitSettings split;
+    const std::vector<Setting> splitting = {
+        {"split", join(kSplitWords), word(kSplitWords, split.scheme), "how the slices share the depth range"},
+        {"lambda", "number in [0, 1]", split.lambda, "practical: weight of the logarithmic planes"},
+        {"bias", "number >= 0", split.bias, "practical: added to the interior planes, world units"},
+        {"splits", "list of view depths, strictly increasing", nullptr, "explicit: the interior planes (needed there, refused elsewhere)"},
+        {"count", "whole number in [1, budget.partitions], or automatic", nullptr,
+         "slices; left out: as many as the budget allows; automatic: the fewest that meet budget.target_error"},
+    };
+    const auto with = [&](std::vector<Setting> more) {
+      std::vector<Setting> all = splitting;
+      all.insert(all.end(), more.begin(), more.end());
+      return all;
+    };
+    const PssmSettings pssm;
+    const LloydSettings lloyd;
     return std::vector<Method>{
-        {"pssm",
-         "parallel-split shadow maps: one map for each slice of view depth [Zhang 2006]",
-         {
-             {"split", join(kSplitWords), kSplitWords[static_cast<std::size_t>(fallback.split.scheme)],
-              "how the slices share the depth range"},
-             {"lambda", "number in [0, 1]", fallback.split.lambda, "practical: weight of the logarithmic planes"},
-             {"bias", "number >= 0", fallback.split.bias, "practical: added to the interior planes, world units"},
-             {"splits", "list of view depths, strictly increasing", nullptr,
-              "explicit: the interior planes (needed there, refused elsewhere)"},
-             {"count", "whole number in [1, budget.partitions], or automatic", nullptr,
-              "slices; left out: as many as the budget allows; automatic: the fewest that meet budget.target_error"},
-             {"fit", join(kFitWords), kFitWords[static_cast<std::size_t>(fallback.fit)],
-              "tight: fewest texels; slice: the paper's box; stable: still shadows while the camera moves"},
-         }},
+        {"pssm", "parallel-split shadow maps: one map for each slice of view depth [Zhang 2006]",
+         with({{"fit", join(kFitWords), word(kFitWords, pssm.fit),
+                "tight: fewest texels; slice: the paper's box; stable: still shadows while the camera moves"}})},
+        {"lloyd", "warped maps of slices of view depth or of the view's faces [Lloyd 2006]",
+         with({{"scheme", join(kSchemeWords), word(kSchemeWords, lloyd.scheme),
+                "w: one warped map; zp: slices; fp: faces; +w: warped; best: whichever needs the fewest texels"},
+               {"warp", join(kWarpWords), word(kWarpWords, lloyd.warp.warp),
+                "how far the maps are warped; least: the projective map that needs the fewest texels"},
+               {"eta", "number in [-1, 1]", lloyd.warp.eta, "with warp eta: -1 none, 0 lispsm, 1 psm"},
+               {"shares", join(kShareWords), word(kShareWords, lloyd.shares),
+                "of the texels: equal, or so that every map has the same error"},
+               {"near_face", join(kNearFaceWords), word(kNearFaceWords, lloyd.nearFace),
+                "fp: the near plane has a map of its own, or is shared among the sides'"}})},
     };
   }();
   return list;
+}
+
+const std::string& warpName(Warp warp) { return kWarpWords[static_cast<std::size_t>(warp)]; }
+
+Status solve(const Case& input, const Frame& frame, Solution& solution) {
+  return input.method == "lloyd" ? solveLloyd(frame, input.lloyd, solution) : solvePssm(frame, input.pssm, solution);
 }
 
 }  // namespace gnomon::cli

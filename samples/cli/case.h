@@ -11,6 +11,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "gnomon/lloyd.h"
 #include "gnomon/pssm.h"
 
 namespace gnomon::cli {
@@ -35,6 +36,7 @@ struct Case {
   std::string method;
   Frame frame;
   PssmSettings pssm;
+  LloydSettings lloyd;
   Json json;  // what was read, for the text of refusals
 
   std::vector<Box> receivers, casters;
@@ -57,6 +59,12 @@ void setMethod(Json& root, const std::string& name);
 void setField(Json& root, const std::string& assignment);
 
 [[nodiscard]] Case parseCase(Json root);
+
+// A warp as cases spell it.
+[[nodiscard]] const std::string& warpName(Warp warp);
+
+// Solves a frame by the case's method. Returns solution.status.
+Status solve(const Case& input, const Frame& frame, Solution& solution);
 
 // The line for a solve that the library refused.
 [[nodiscard]] std::string refusalText(const Case& input, const Solution& solution);

@@ -49,7 +49,7 @@ struct SolveArguments {
 
 // Solves and answers with the RESULT; refuses as the library does.
 Json solveCase(const Case& input, int repeat, Solution& solution) {
-  const double ns = cli::timedSolve(input.frame, input.pssm, repeat, solution);
+  const double ns = cli::timedSolve(input, repeat, solution);
   if (solution.status != Status::ok) throw Refusal(cli::refusalText(input, solution));
   return cli::resultJson(input.method, solution, ns);
 }
@@ -227,7 +227,9 @@ int run(const std::string& file, const std::string& folder) {
       frame.image = {kWidth, kHeight};
       frame.scene.receivers = {&bounds, 1};
       auto solution = std::make_unique<Solution>();
-      const double ns = cli::timedSolve(frame, {}, kTimings, *solution);
+      cli::Case input;
+      input.frame = frame;
+      const double ns = cli::timedSolve(input, kTimings, *solution);
       if (solution->status != Status::ok)
         throw std::runtime_error(title + ": " + statusField(solution->status) + " " + statusRule(solution->status));
       const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, frame, *solution, {});

@@ -25,12 +25,13 @@ void write(const Json& value, std::size_t depth, std::string& out) {
   out += "\n" + std::string(2 * depth, ' ') + (value.is_array() ? "]" : "}");
 }
 
+Json planesJson(const glm::dvec4* planes, int count) {
+  Json out = Json::array();
+  for (int i = 0; i < count; ++i) out.push_back({planes[i].x, planes[i].y, planes[i].z, planes[i].w});
+  return out;
+}
+
 Json partitionJson(const Partition& partition) {
-  Json cullPlanes = Json::array();
-  for (int i = 0; i < partition.cullPlaneCount; ++i) {
-    const glm::dvec4& p = partition.cullPlanes[i];
-    cullPlanes.push_back({p.x, p.y, p.z, p.w});
-  }
   Json matrix = Json::array();  // row-major; a float is exact as a double
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column) matrix.push_back(static_cast<double>(partition.clipFromWorld[column][row]));
@@ -38,11 +39,12 @@ Json partitionJson(const Partition& partition) {
   Json out;
   out["near"] = partition.near;
   out["far"] = partition.far;
-  out["cull_planes"] = std::move(cullPlanes);
+  out["cull_planes"] = planesJson(partition.cullPlanes, partition.cullPlaneCount);
   out["world_to_clip"] = std::move(matrix);
   out["viewport"] = {v.x, v.y, v.z, v.w};
   out["layer"] = partition.layer;
-  out["warp"] = "none";
+  out["warp"] = warpName(partition.warp);
+  if (partition.planeCount > 0) out["planes"] = planesJson(partition.planes, partition.planeCount);
   out["error"]["s"] = partition.error.s;
   out["error"]["t"] = partition.error.t;
   out["error"]["extent"] = partition.error.extent;
@@ -94,13 +96,13 @@ std::string base64(std::span<const std::uint8_t> bytes) {
   return out;
 }
 
-double timedSolve(const Frame& frame, const PssmSettings& settings, int repeat, Solution& solution) {
+double timedSolve(const Case& input, int repeat, Solution& solution) {
   using Clock = std::chrono::steady_clock;
   std::vector<double> times;
   times.reserve(static_cast<std::size_t>(repeat));
   for (int i = 0; i < repeat; ++i) {
     const Clock::time_point start = Clock::now();
-    solvePssm(frame, settings, solution);
+    (void)solve(input, input.frame, solution);
     times.push_back(std::chrono::duration<double, std::nano>(Clock::now() - start).count());
     if (solution.status != Status::ok) break;
   }

@@ -20,6 +20,6 @@ namespace gnomon::cli {
 [[nodiscard]] std::string base64(std::span<const std::uint8_t> bytes);
 
 // The median time of `repeat` whole solves, in nanoseconds; the answer is in `solution`.
-double timedSolve(const Frame& frame, const PssmSettings& settings, int repeat, Solution& solution);
+double timedSolve(const Case& input, int repeat, Solution& solution);
 
 }  // namespace gnomon::cli

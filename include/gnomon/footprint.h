@@ -1,0 +1,51 @@
+// footprint: what each slice of the region looks like from the light: its hull on the light plane, and the points that decide its error.
+//
+// Based on: [Zhang 2006, sec. 3.4] (the part of the split that the light sees).
+// Differences from the paper: slices are padded by what the camera's depth buffer cannot tell apart and by the margins; several
+// receivers make one hull.
+// Shader part: none.
+// Test: tests/footprint_test.cpp
+#pragma once
+
+#include <glm/mat4x4.hpp>
+
+#include "gnomon/region.h"
+#include "gnomon/split.h"
+#include "gnomon/types.h"
+
+namespace gnomon {
+
+// Light space: x and y span the light plane, z grows away from the light. A general 4x4, so that a spot light's
+// post-perspective space can pass through the same stages. [Zhang 2006, sec. 3.1]
+struct LightSpace {
+  glm::dmat4 lsFromView{1.0};
+  glm::dmat4 lsFromWorld{1.0};  // from world - eye
+  glm::dvec3 directionVs{0.0}, directionWs{0.0};  // unit, from the light to the scene
+};
+
+inline constexpr int kMaxHull = 64;
+
+// What one map must hold, seen from the light.
+struct Footprint {
+  int count = 0;  // hull vertices, counter-clockwise in light space; 0: nothing
+  glm::dvec2 hull[kMaxHull];
+  double depthNear = 0.0, depthFar = 0.0;  // light-space depths of what must be shadowed
+  double reach = 0.0;  // farthest distance from the eye, for rounding bounds
+  DepthSpan padded{0.0, 0.0};  // view depths covered
+};
+
+// Gathers the slices' footprints, each slice padded by the depth quantum and the blend band. One footprint for each slice.
+void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
+                    Footprint* footprints) noexcept;
+
+// The vertices of what a map serves, unpadded: every point it serves is a mean of them.
+struct Served {
+  int count = 0;
+  glm::dvec3 points[kMaxHull];  // light space
+  double pixels[kMaxHull];  // w_i there, world units
+};
+
+// Gathers the vertices that each slice serves. One Served for each slice.
+void gatherServed(const Region& region, const LightSpace& light, const Splits& splits, Served* served) noexcept;
+
+}  // namespace gnomon

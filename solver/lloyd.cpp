@@ -1,0 +1,107 @@
+#include "gnomon/lloyd.h"
+
+#include "gnomon/frame.h"
+#include "numeric.h"
+
+namespace gnomon {
+namespace {
+
+bool hasFaces(LloydScheme scheme) noexcept { return scheme == LloydScheme::fpw || scheme == LloydScheme::fpzpw; }
+
+// The partitions of one scheme, at most `count`.
+Status splitFor(const Region& region, const LightSpace& light, const LloydSettings& settings, LloydScheme scheme, int count, Splits& splits,
+                double& refused, std::uint32_t& warnings) noexcept {
+  if (hasFaces(scheme)) {
+    splitFaces(region, light, settings.nearFace, count, scheme == LloydScheme::fpzpw, splits);
+    if (splits.count > 0 || region.spanCount == 0) return Status::ok;
+    warnings |= static_cast<std::uint32_t>(Warning::facesMissing);
+    splits = {};
+  }
+  SplitSettings splitting = settings.split;
+  if (scheme == LloydScheme::w) splitting = {};
+  return split(region, splitting, scheme == LloydScheme::w ? 1 : count, splits, refused);
+}
+
+struct Choice {
+  LloydScheme scheme;
+  int count;
+};
+
+// The scheme and count that need the fewest texels.
+Choice findBest(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings, int most) noexcept {
+  Choice best{LloydScheme::zpw, most};
+  double least = kInfinity;
+  MapFits maps;
+  Splits splits;
+  const auto consider = [&](LloydScheme scheme, int count) {
+    double refused = 0.0;
+    std::uint32_t warnings = 0;
+    splits = {};
+    if (splitFor(region, light, settings, scheme, count, splits, refused, warnings) != Status::ok || warnings != 0 || splits.count == 0)
+      return false;
+    fitMaps(frame, region, light, splits, {.fit = FitMode::tight, .warp = settings.warp, .shares = settings.shares},
+            needsViewDepth(region, splits), maps);
+    if (!(maps.neededTexels < least)) return false;
+    least = maps.neededTexels;
+    best = {scheme, count};
+    return true;
+  };
+  // More z-partitions need fewer texels until overlap outweighs: stop where one fewer is no better.
+  for (int count = most; count >= 1 && consider(LloydScheme::zpw, count); --count) {
+  }
+  (void)consider(LloydScheme::fpzpw, most);
+  return best;
+}
+
+// k ((f/n)^(1/k) - 1) / (2 tan theta): what self-similar slices leave of the depth range.
+double selfSimilar(double alpha, double halfFovTangent, int k) noexcept {
+  return k * std::expm1(std::log(alpha) / k) / (2.0 * halfFovTangent);
+}
+
+}  // namespace
+
+double storageOverheadZp(double alpha, double halfFovTangent, int k) noexcept {
+  return std::exp(std::log(alpha) / k) * selfSimilar(alpha, halfFovTangent, k);
+}
+double storageOverheadZpW(double alpha, double halfFovTangent, int k) noexcept { return selfSimilar(alpha, halfFovTangent, k); }
+double storageOverheadOptimal(double alpha, double halfFovTangent) noexcept { return std::log(alpha) / (2.0 * halfFovTangent); }
+double storageBehindZp(double alpha, int k) noexcept { return k * std::exp(2.0 * std::log(alpha) / k); }
+double storageBehindFpZpW(double alpha, int k) noexcept { return 4.0 * selfSimilar(alpha, 1.0, k) + 1.0; }
+
+Status solveLloyd(const Frame& frame, const LloydSettings& settings, Solution& solution) noexcept {
+  clear(solution);
+  double& value = solution.refusedValue;
+  if (const Status status = validate(frame, value); status != Status::ok) return refuse(solution, status);
+  if (const Status status = validate(settings.split, frame.budget, value, solution.refusedIndex); status != Status::ok)
+    return refuse(solution, status);
+  if (value = settings.warp.eta; !(settings.warp.eta >= -1.0 && settings.warp.eta <= 1.0)) return refuse(solution, Status::warpEta);
+  Region region;
+  if (const Status status = makeRegion(frame, region, solution.refusedIndex, value); status != Status::ok) return refuse(solution, status);
+  LightSpace light;
+  value = firstBad(frame.light.directionWs, 0.0);
+  if (const Status status = makeLightSpace(frame.light, region, FitMode::tight, light); status != Status::ok)
+    return refuse(solution, status);
+  solution.originWs = frame.worldSpace ? glm::dvec3(0.0) : region.eyeWs;
+
+  MapSettings making{.fit = FitMode::tight, .warp = settings.warp, .shares = settings.shares};
+  if (settings.scheme == LloydScheme::zp) making.warp = {};
+  const bool isBest = settings.scheme == LloydScheme::best;
+  const int most = settings.split.count > 0 ? settings.split.count : frame.budget.partitions;
+  for (int count = settings.split.automatic && !isBest ? 1 : most;; ++count) {
+    clear(solution);
+    const Choice choice = isBest ? findBest(frame, region, light, settings, most) : Choice{settings.scheme, count};
+    Splits splits;
+    std::uint32_t warnings = 0;
+    if (const Status status = splitFor(region, light, settings, choice.scheme, choice.count, splits, value, warnings); status != Status::ok)
+      return refuse(solution, status);
+    if (const Status status = makeMaps(frame, region, light, splits, making, solution); status != Status::ok)
+      return refuse(solution, status);
+    solution.warnings |= warnings;
+    if (!settings.split.automatic || isBest || solution.maxError <= frame.budget.targetError) return Status::ok;
+    if (count < frame.budget.partitions && settings.split.scheme != SplitScheme::explicitDepths) continue;
+    solution.warnings |= static_cast<std::uint32_t>(Warning::targetMissed);
+    return Status::ok;
+  }
+}
+
+}  // namespace gnomon

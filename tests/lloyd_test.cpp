@@ -1,0 +1,157 @@
+#include "support.h"
+
+#include "allocations.h"
+#include "gnomon/lloyd.h"
+
+namespace gnomon::test {
+namespace {
+
+std::unique_ptr<Solution> solve(const Frame& frame, const LloydSettings& settings) {
+  auto solution = std::make_unique<Solution>();
+  (void)solveLloyd(frame, settings, *solution);
+  return solution;
+}
+
+constexpr LloydScheme kSchemes[] = {LloydScheme::w,   LloydScheme::zp,    LloydScheme::zpw,
+                                    LloydScheme::fpw, LloydScheme::fpzpw, LloydScheme::best};
+
+TEST(Lloyd, RefusesAnEtaOutOfRange) {
+  for (const double bad : {-1.1, 1.1, std::nan("")})
+    EXPECT_EQ(solve(usualFrame(), {.scheme = LloydScheme::zpw, .split = {}, .warp = {.warp = Warp::eta, .eta = bad}})->status,
+              Status::warpEta);
+  EXPECT_EQ(solve(usualFrame(), {.scheme = LloydScheme::zpw, .split = {}, .warp = {.warp = Warp::eta, .eta = 1.0}})->status, Status::ok);
+}
+
+// Where faces cannot serve, slices do, and the answer says so.
+TEST(Lloyd, WarnsWhereFacesAreMissing) {
+  Frame frame = usualFrame();
+  frame.light.directionWs = frame.camera.forwardWs;
+  frame.budget.partitions = 3;
+  const auto solution = solve(frame, {.scheme = LloydScheme::fpw, .split = {}});
+  EXPECT_EQ(solution->status, Status::ok);
+  EXPECT_EQ(solution->partitionCount, 3);
+  EXPECT_TRUE(solution->warnings & static_cast<std::uint32_t>(Warning::facesMissing));
+}
+
+// Points of the view: claimed by a partition whose map holds them, no less sharp than predicted, by differences of the emitted matrix.
+void checkCoverage(const Frame& frame, const Solution& solution, Random& random, int points) {
+  const Axes axes(frame.camera);
+  for (int n = 0; n < points; ++n) {
+    const double x = n % 3 ? random.uniform() : random.index(2), y = n % 5 ? random.uniform() : random.index(2);
+    const double z =
+        std::min(random.logUniform(frame.camera.near, std::min(frame.camera.far, frame.camera.shadowDistance)), frame.camera.far);
+    const glm::dvec3 fromEye = viewPoint(frame.camera, x, y, z), ws = frame.camera.positionWs + fromEye;
+    if (!needsShadow(frame, ws)) continue;
+    bool isCovered = false;
+    for (int i = 0; i < solution.partitionCount && !isCovered; ++i) {
+      const Partition& map = solution.partitions[i];
+      bool isClaimed = z >= map.near * (1.0 - 1e-9) && z <= map.far * (1.0 + 1e-9);
+      for (int p = 0; p < map.planeCount; ++p)
+        isClaimed = isClaimed && glm::dot(glm::dvec3(map.planes[p]), ws) + map.planes[p].w >= -1e-9 * (z + glm::length(ws));
+      if (!isClaimed) continue;
+      const glm::dvec4 q = glm::dmat4(map.clipFromWorld) * glm::dvec4(fromEye, 1.0);
+      const glm::dvec3 ndc = glm::dvec3(q) / q.w;
+      isCovered = q.w > 0.0 && std::abs(ndc.x) <= 1.0 + 1e-6 && std::abs(ndc.y) <= 1.0 + 1e-6 && ndc.z >= -1e-6 && ndc.z <= 1.0 + 1e-6;
+      if (!isCovered) continue;
+      const double pixel = pixelAt(frame, z);
+      const glm::dvec2 texel = measuredTexel(map, fromEye, frame.light.directionWs, pixel) / pixel;
+      EXPECT_LE(texel.x, map.error.s * (1.0 + 1e-5));
+      EXPECT_LE(texel.y, map.error.t * (1.0 + 1e-5));
+    }
+    EXPECT_TRUE(isCovered) << z;
+  }
+}
+
+// Every scheme and warp, over lights in all directions, exactly along, against and across the view and the axes, and a rolled camera.
+TEST(Lloyd, CoversAsPredicted) {
+  Random random(321);
+  for (int k = 0; k < 1200; ++k) {
+    Frame frame = usualFrame();
+    frame.camera.forwardWs = k % 4 == 0 ? glm::dvec3(0, 0, -1) : random.direction();
+    frame.camera.upWs = k % 4 == 0 ? glm::dvec3(0, 1, 0) : random.direction();
+    const Axes axes(frame.camera);
+    const glm::dvec3 exact[] = {axes.forward, -axes.forward, axes.up, -axes.up, axes.right, -axes.right};
+    frame.light.directionWs = k % 3 == 0 ? exact[random.index(6)] : random.direction();
+    if (k % 6 == 5) frame.light.directionWs = axes.forward + random.direction() * random.logUniform(1e-15, 1e-2);
+    const glm::dvec4 plane(0.0, 1.0, 0.0, 1.0);
+    if (k % 5 == 0) frame.scene.planes = {&plane, 1};
+    if (k % 7 == 0) frame.camera.right = 0.1;
+    frame.budget.partitions = 1 + random.index(9);
+    const LloydSettings settings{.scheme = kSchemes[k % 6],
+                                 .split = {},
+                                 .warp = {.warp = static_cast<Warp>(random.index(6)), .eta = random.uniform(-1.0, 1.0)},
+                                 .shares = random.index(2) ? Shares::error : Shares::equal,
+                                 .nearFace = random.index(2) ? NearFace::own : NearFace::stretched};
+    const auto solution = solve(frame, settings);
+    ASSERT_EQ(solution->status, Status::ok) << k;
+    ASSERT_TRUE(isFinite(*solution)) << k;
+    ASSERT_LE(solution->partitionCount, frame.budget.partitions);
+    checkCoverage(frame, *solution, random, 40);
+    ASSERT_FALSE(HasFailure()) << k;
+  }
+}
+
+// `best` needs no more texels than any scheme by itself.
+TEST(Lloyd, BestIsNoWorseThanAnyScheme) {
+  Random random(322);
+  for (int k = 0; k < 60; ++k) {
+    Frame frame = usualFrame();
+    frame.camera.forwardWs = random.direction();
+    frame.light.directionWs = random.direction();
+    frame.camera.far = random.logUniform(1.0, 1000.0);
+    frame.budget.partitions = 1 + random.index(12);
+    LloydSettings settings{.scheme = LloydScheme::best, .split = {}, .warp = {.warp = Warp::least}};
+    const double best = solve(frame, settings)->neededTexels;
+    for (const LloydScheme scheme : kSchemes) {
+      settings.scheme = scheme;
+      EXPECT_LE(best, solve(frame, settings)->neededTexels * 1.01) << k << " " << static_cast<int>(scheme);
+    }
+  }
+}
+
+// Shares by error leave every map with the same error, but for whole texels.
+TEST(Lloyd, SharesEqualiseError) {
+  Frame frame = usualFrame();
+  frame.light.directionWs = {0.2, -0.5, 0.9};
+  frame.budget.resolution = 2048;
+  frame.budget.partitions = 9;
+  for (const LloydScheme scheme : {LloydScheme::zpw, LloydScheme::fpzpw}) {
+    const auto solution = solve(frame, {.scheme = scheme, .split = {}});
+    ASSERT_GT(solution->partitionCount, 3);
+    double least = kInfinity;
+    for (int i = 0; i < solution->partitionCount; ++i)
+      least = std::min(least, std::max(solution->partitions[i].error.s, solution->partitions[i].error.t));
+    EXPECT_LE(solution->maxError, least * 1.05);
+  }
+}
+
+// `needed` follows the light without jumps: 1e-4 of a turn changes it by little, through parallel light included.
+TEST(Lloyd, NeededIsContinuousInTheLight) {
+  for (const Warp warp : {Warp::lispsm, Warp::psm, Warp::tsm})
+    for (const double from : {0.0, 0.4, 1.2}) {
+      Frame frame = usualFrame();
+      const Axes axes(frame.camera);
+      double last = 0.0;
+      for (int i = -200; i <= 200; ++i) {
+        const double angle = from + i * 1e-4;
+        frame.light.directionWs = axes.forward * std::cos(angle) + glm::normalize(axes.up * 0.8 + axes.right * 0.6) * std::sin(angle);
+        const double needed = solve(frame, {.scheme = LloydScheme::zpw, .split = {}, .warp = {.warp = warp}})->neededTexels;
+        if (last > 0.0) {
+          EXPECT_NEAR(needed / last, 1.0, 0.02) << static_cast<int>(warp) << " " << angle;
+        }
+        last = needed;
+      }
+    }
+}
+
+TEST(Lloyd, AllocatesNothing) {
+  auto solution = std::make_unique<Solution>();
+  for (const LloydScheme scheme : kSchemes) {
+    const auto before = allocationCount();
+    (void)solveLloyd(usualFrame(), {.scheme = scheme, .split = {}, .warp = {.warp = Warp::least}}, *solution);
+    EXPECT_EQ(allocationCount(), before);
+  }
+}
+
+}  // namespace
+}  // namespace gnomon::test

@@ -1,0 +1,119 @@
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "support.h"
+
+#include "gnomon/lloyd.h"
+#include "gnomon/warp.h"
+
+namespace gnomon::test {
+namespace {
+
+// [Lloyd 2006, eq. 9 to 11 corrected] at 40 digits, rounded to double.
+struct Known {
+  double alpha, halfFov, eta, distance, errorX, errorZ;
+};
+constexpr Known kKnown[] = {{10.0, 15.0, -1.0, kInfinity, 10.0, 16.794228634059948},
+                            {10.0, 30.0, 0.0, 4.162277660168379, 3.1622776601683795, 2.4647515087732477},
+                            {500.0, 30.0, 0.0, 23.360679774997898, 22.360679774997898, 19.32618689757501},
+                            {1000.0, 30.0, 0.0, 32.622776601683796, 31.622776601683793, 27.358741747383046}};
+
+TEST(Warp, ClosedForms) {
+  for (const Known& k : kKnown) {
+    EXPECT_EQ(std::isfinite(warpDistance(k.eta, k.alpha)), std::isfinite(k.distance));
+    if (std::isfinite(k.distance)) {
+      EXPECT_NEAR(warpDistance(k.eta, k.alpha) / k.distance, 1.0, 1e-12);
+    }
+    EXPECT_NEAR(warpEta(k.distance, k.alpha), k.eta, 1e-12);
+    const glm::dvec2 errors = overheadErrors(k.alpha, std::tan(k.halfFov * kPi / 180.0), k.distance);
+    EXPECT_NEAR(errors.x / k.errorX, 1.0, 1e-12);
+    EXPECT_NEAR(errors.y / k.errorZ, 1.0, 1e-12);
+  }
+  for (const double eta : {-0.99, -0.5, -0.1, 0.0, 0.3, 1.0}) EXPECT_NEAR(warpEta(warpDistance(eta, 50.0), 50.0), eta, 1e-12);
+}
+
+TEST(Warp, ClosedFormsOfTheReferenceFile) {
+  const std::string path = std::string(GNOMON_EXTRA_DATA) + "/reference/closed_forms.json";
+  std::ifstream file(path);
+  if (!file) GTEST_SKIP() << "GNOMON_EXTRA_DATA has no reference/closed_forms.json";
+  const auto forms = nlohmann::json::parse(file);
+  for (const auto& row : forms["warp"]) {
+    const double alpha = row["far"].get<double>() / row["near"].get<double>(), eta = row["eta"],
+                 tangent = std::tan(row["half_fov_degrees"].get<double>() * kPi / 180.0);
+    const double distance = warpDistance(eta, alpha);
+    if (row["n_prime"].is_null())
+      EXPECT_EQ(distance, kInfinity);
+    else
+      EXPECT_NEAR(distance * row["near"].get<double>() / row["n_prime"].get<double>(), 1.0, 1e-12) << row;
+    const glm::dvec2 errors = overheadErrors(alpha, tangent, distance);
+    EXPECT_NEAR(errors.x / row["M_x"].get<double>(), 1.0, 1e-12) << row;
+    EXPECT_NEAR(errors.y / row["M_z"].get<double>(), 1.0, 1e-12) << row;
+  }
+  for (const auto& row : forms["storage"]) {
+    const double alpha = row["far_over_near"], tangent = std::tan(row["half_fov_degrees"].get<double>() * kPi / 180.0);
+    const int k = row["partitions"];
+    EXPECT_NEAR(storageOverheadZp(alpha, tangent, k) / row["overhead_zp"].get<double>(), 1.0, 1e-12) << row;
+    EXPECT_NEAR(storageOverheadZpW(alpha, tangent, k) / row["overhead_zp_w"].get<double>(), 1.0, 1e-12) << row;
+    EXPECT_NEAR(storageOverheadOptimal(alpha, tangent) / row["overhead_optimal"].get<double>(), 1.0, 1e-12) << row;
+    EXPECT_NEAR(storageBehindZp(alpha, k) / row["behind_zp"].get<double>(), 1.0, 1e-12) << row;
+    EXPECT_NEAR(storageBehindFpZpW(alpha, k) / row["behind_fp_zp_w"].get<double>(), 1.0, 1e-12) << row;
+  }
+}
+
+// One warped map under an overhead light, its widths measured on the emitted matrix by central differences along the axis of the view, where
+// Lloyd's x and z are the map's own directions: the greatest of each over the view are M_x and M_z times 1 / resolution.
+TEST(Warp, EmittedMatricesReachTheClosedForms) {
+  for (const double eta : {-0.5, 0.0, 0.5, 1.0})
+    for (const double alpha : {10.0, 100.0, 1000.0}) {
+      constexpr double kHeight = 1024.0, kFov = kPi / 3.0;
+      Frame frame;
+      frame.camera = perspective({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, kFov, 1.0, 1.0, alpha);
+      frame.camera.depth = DepthConvention::reversedZeroToOne;
+      frame.light.directionWs = {0, -1, 0};
+      frame.image = {kHeight, kHeight};
+      frame.budget = {.partitions = 1, .resolution = 1024};
+      auto solution = std::make_unique<Solution>();
+      ASSERT_EQ(solveLloyd(frame, {.scheme = LloydScheme::w, .split = {}, .warp = {.warp = Warp::eta, .eta = eta}}, *solution), Status::ok);
+      const Partition& map = solution->partitions[0];
+      ASSERT_EQ(map.warp, Warp::eta);
+      const auto texels = [&](double x, double z) {
+        const glm::dvec4 q = glm::dmat4(map.clipFromWorld) * glm::dvec4(x, 0.0, -z, 1.0);
+        return glm::dvec2(q) / q.w * glm::dvec2(map.viewport.z, map.viewport.w) / 2.0;
+      };
+      const bool isTurned = std::abs(texels(1.0, 5.0).y - texels(-1.0, 5.0).y) > std::abs(texels(1.0, 5.0).x - texels(-1.0, 5.0).x);
+      double widestX = 0.0, widestZ = 0.0;
+      for (int i = 0; i <= 200; ++i) {
+        const double z = std::pow(alpha, i / 200.0), step = 1e-4 * z, pixel = 2.0 * z * std::tan(kFov / 2.0) / kHeight;
+        const glm::dvec2 dx = (texels(step, z) - texels(-step, z)) / (2.0 * step),
+                         dz = (texels(0.0, z + step) - texels(0.0, z - step)) / (2.0 * step);
+        widestX = std::max(widestX, 1.0 / std::abs(isTurned ? dx.y : dx.x) / pixel);
+        widestZ = std::max(widestZ, 1.0 / std::abs(isTurned ? dz.x : dz.y) / pixel);
+      }
+      const glm::dvec2 forms = overheadErrors(alpha, std::tan(kFov / 2.0), warpDistance(eta, alpha));
+      // The view's own extent in texels: maps are a little larger, padded by float32 rounding.
+      const double far = alpha * std::tan(kFov / 2.0);
+      const glm::dvec2 span = texels(far, alpha) - texels(-far, alpha), length = texels(0.0, alpha) - texels(0.0, 1.0);
+      EXPECT_NEAR(widestX * std::abs(isTurned ? span.y : span.x) / kHeight / forms.x, 1.0, 1e-6) << eta << " " << alpha;
+      EXPECT_NEAR(widestZ * std::abs(isTurned ? length.x : length.y) / kHeight / forms.y, 1.0, 1e-6) << eta << " " << alpha;
+    }
+}
+
+// As pixels come to one width every warp fades into the plain map, without a jump.
+TEST(Warp, FadesToThePlainFit) {
+  for (const Warp warp : {Warp::lispsm, Warp::psm, Warp::tsm, Warp::least})
+    for (const double ratio : {1.1, 1.01, 1.001}) {
+      Frame frame = usualFrame();
+      frame.camera.near = 10.0;
+      frame.camera.far = 10.0 * ratio;
+      frame.budget.partitions = 1;
+      auto warped = std::make_unique<Solution>(), plain = std::make_unique<Solution>();
+      ASSERT_EQ(solveLloyd(frame, {.scheme = LloydScheme::w, .split = {}, .warp = {.warp = warp}}, *warped), Status::ok);
+      ASSERT_EQ(solveLloyd(frame, {.scheme = LloydScheme::zp, .split = {}, .warp = {}}, *plain), Status::ok);
+      EXPECT_LE(warped->neededTexels, plain->neededTexels * (1.0 + 1e-4));
+      EXPECT_GE(warped->neededTexels, plain->neededTexels / std::pow(ratio, 3.0) * 0.9);
+    }
+}
+
+}  // namespace
+}  // namespace gnomon::test

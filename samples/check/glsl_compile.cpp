@@ -1,10 +1,12 @@
 #include "glsl_compile.h"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
 #include <regex>
 #include <sstream>
+#include <string_view>
 
 #include <glslang/Public/ResourceLimits.h>
 #include <glslang/Public/ShaderLang.h>
@@ -12,6 +14,9 @@
 #include <glslang/SPIRV/spirv.hpp>
 #include <spirv-tools/libspirv.hpp>
 #include <spirv-tools/optimizer.hpp>
+
+#include "library.h"
+#include "scan.h"
 
 namespace gnomon::check {
 namespace {
@@ -43,30 +48,36 @@ class Includer final : public glslang::TShader::Includer {
   Includer(const GlslSource& source, GlslResult& result) : m_source(source), m_result(result) { m_result.texts[source.name] = source.text; }
 
   IncludeResult* includeLocal(const char* name, const char* from, std::size_t depth) override {
-    return open(fs::path(from).parent_path() / name, name, from, depth);
+    const bool isLibrarys = std::string_view(from).rfind(kLibraryFolder, 0) == 0;  // its files stand beside each other
+    return isLibrarys ? openLibrarys(name, from, depth) : open(fs::path(from).parent_path() / name, name, from, depth);
   }
   IncludeResult* includeSystem(const char* name, const char* from, std::size_t depth) override {
     for (const std::string& folder : m_source.folders)
       if (IncludeResult* const found = open(fs::path(folder) / name, name, from, depth)) return found;
-    return open(fs::path(GNOMON_GLSL_DIR) / name, name, from, depth);
+    return openLibrarys(name, from, depth);
   }
   void releaseInclude(IncludeResult* result) override { delete result; }
 
  private:
   IncludeResult* open(const fs::path& path, const char* name, const char* from, std::size_t depth) {
-    constexpr std::size_t kDeepest = 64;  // a file that includes itself
     std::error_code error;
-    if (depth > kDeepest || !fs::is_regular_file(path, error)) return nullptr;
+    if (!fs::is_regular_file(path, error)) return nullptr;
     const std::string file = path.lexically_normal().string();
-    auto at = m_result.texts.find(file);
-    if (at == m_result.texts.end()) {
-      std::ifstream stream(path, std::ios::binary);
-      std::ostringstream text;
-      text << stream.rdbuf();
-      if (!stream) return nullptr;
-      at = m_result.texts.emplace(file, text.str()).first;
-      m_result.includedFrom[file] = {from, includeLine(m_result.texts[from], name)};
-    }
+    if (m_result.texts.count(file) > 0) return keep(file, "", name, from, depth);
+    std::ifstream stream(path, std::ios::binary);
+    std::ostringstream text;
+    text << stream.rdbuf();
+    return stream ? keep(file, text.str(), name, from, depth) : nullptr;
+  }
+  IncludeResult* openLibrarys(const char* name, const char* from, std::size_t depth) {
+    const auto at = libraryTexts().find(fs::path(name).lexically_normal().string());
+    return at == libraryTexts().end() ? nullptr : keep(kLibraryFolder + at->first, at->second, name, from, depth);
+  }
+  IncludeResult* keep(const std::string& file, const std::string& text, const char* name, const char* from, std::size_t depth) {
+    constexpr std::size_t kDeepest = 64;  // a file that includes itself
+    if (depth > kDeepest) return nullptr;
+    const auto [at, isNew] = m_result.texts.emplace(file, text);
+    if (isNew) m_result.includedFrom[file] = {from, includeLine(m_result.texts[from], name)};
     return new IncludeResult(file, at->second.data(), at->second.size(), nullptr);  // a map's elements stay where they are
   }
 
@@ -194,13 +205,23 @@ GlslResult compileGlsl(GlslStage stage, const GlslSource& source, GlslTarget tar
   return result;
 }
 
+std::string versionOf(const std::string& text) {
+  for (const Directive& directive : directivesOf(text))
+    if (directive.name == "version") return directive.rest;
+  return "";
+}
+
 std::string preprocessGlsl(GlslStage stage, const GlslSource& source, GlslTarget target) {
-  Shader shader(stage, source, target);
+  GlslSource versioned = source;  // the version in a text of its own: the line after it is the first of the shader's
+  if (versioned.version.empty()) versioned.version = versionOf(source.text);
+  if (versioned.version.empty()) return "";
+  Shader shader(stage, versioned, target);
   GlslResult read;
-  Includer includer(source, read);
+  Includer includer(versioned, read);
   std::string out;
-  const bool isFine = shader->preprocess(GetDefaultResources(), kDefaultVersion, ENoProfile, false, false, rules(target), &out, includer);
-  return isFine ? out : "";
+  if (!shader->preprocess(GetDefaultResources(), kDefaultVersion, ENoProfile, false, false, rules(target), &out, includer)) return "";
+  const std::size_t version = out.find("#version");
+  return version == std::string::npos ? "" : out.substr(std::min(out.find('\n', version), out.size() - 1) + 1);
 }
 
 std::vector<std::uint32_t> optimiseSpirv(const std::vector<std::uint32_t>& spirv, GlslTarget target, std::string& said) {

@@ -55,7 +55,11 @@ struct GlslResult {
 [[nodiscard]] GlslResult compileGlsl(GlslStage stage, const GlslSource& source, GlslTarget target = GlslTarget::validate,
                                      bool isMapped = true);
 
-// The text that the compiler sees: includes and macros expanded, #line directives with file names kept. Empty where that fails.
+// What a text's #version line says, "330 core"; empty: it has none.
+[[nodiscard]] std::string versionOf(const std::string& text);
+
+// The text that the compiler sees, from its first line on: includes and macros expanded, #line directives with file names kept. Empty where
+// that fails, or where no version is known.
 [[nodiscard]] std::string preprocessGlsl(GlslStage stage, const GlslSource& source, GlslTarget target = GlslTarget::validate);
 
 // spirv-val, before and after the passes of spirv-opt -O. Empty: accepted both times; else what was said.

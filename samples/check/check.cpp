@@ -182,7 +182,7 @@ class Checker {
     // A shader that holds the includes' text, pasted or flattened, defines what they define.
     const auto& names = library().names;
     if (std::find(names.begin(), names.end(), name) != names.end()) {
-      if (!holdsCopy(place.file))
+      if (!isCopy(place.file))
         error("clash", place, what + ": the name is the library's own", "rename it; options are " + listed(options()));
       return;
     }
@@ -207,6 +207,9 @@ class Checker {
                        [&](const Struct& each) { return each.name == "GnomonBlock" && each.place.file == file; });
   }
 
+  // The library's text under its own name or pasted: what it defines is no clash.
+  bool isCopy(const std::string& file) const { return isLibraryFile(file) || holdsCopy(file); }
+
   // Functions and structs with the library's prefix.
   void checkFunctions() {
     for (const Function& function : m_declarations.functions)
@@ -223,14 +226,14 @@ class Checker {
     }
   }
   void checkDeclared(const std::string& name, const GlslPlace& place, const Function* own) {
-    if (!isPrefixed(name) || !isUsers(place.file) || holdsCopy(place.file)) return;
+    if (!isPrefixed(name) || isCopy(place.file)) return;
     if (own)
       clash(name, place, own->place);
     else
       warning("prefix", place, name + ": names that begin with gnomon are the library's, a later version may define it", "rename it");
   }
   void clash(const std::string& name, const GlslPlace& place, const GlslPlace& own) {
-    if (isUsers(place.file) && !holdsCopy(place.file))
+    if (!isCopy(place.file))
       error("clash", place, name + " is the library's own (" + fileName(own.file) + ":" + std::to_string(own.line) + ")", "rename yours");
   }
 
@@ -302,7 +305,8 @@ class Checker {
     bool isFirst = true;
     for (const GlslMessage& message : m_result.messages) {
       if (!message.isError) {
-        if (isUsers(message.place.file) && !message.place.file.empty()) warning("compiler", message.place, said(message), "");
+        const bool isNoise = has(message.text, "all default precisions are highp");  // said of desktop GLSL, where precision means nothing
+        if (!isNoise && isUsers(message.place.file) && !message.place.file.empty()) warning("compiler", message.place, said(message), "");
         continue;
       }
       // After the first error the compiler is on its way out: what follows is its echo.
@@ -310,7 +314,7 @@ class Checker {
       isFirst = false;
       const bool isKnown =
           std::any_of(m_places.begin(), m_places.end(), [&](const GlslPlace& place) { return isSame(place, message.place); });
-      const bool isInside = !message.place.file.empty() && !isUsers(message.place.file);
+      const bool isInside = !message.place.file.empty() && (!isUsers(message.place.file) || holdsCopy(message.place.file));
       if (!isKnown && !(isInside && !m_places.empty())) explain(message);
     }
     if (!m_result.isFine && m_places.empty()) error("compiler", {}, "does not compile: " + m_result.log, "");
@@ -343,11 +347,7 @@ class Checker {
     if (has(text, "already has a body") || has(text, "redefinition"))
       return error("clash", place, "'" + token + "' is defined twice", "rename yours, or take one away", words);
     if (explainReserved(message, token, place)) return;
-    if (has(text, "default precision qualifier"))
-      return error("precision", place, "GLSL ES has no default precision for " + token + " in this stage",
-                   "write `precision highp " + (token.rfind("vec", 0) == 0 || token.rfind("mat", 0) == 0 ? "float" : token) +
-                       ";` before it and before the includes",
-                   words);
+    if (has(text, "default precision qualifier")) return explainPrecision(token, message.place, place, words);
     if (explainInterface(text, place, words)) return;
     if (has(text, "syntax error") && isUsers(message.place.file)) {
       if (!explainVersion(message, "", place, words)) explainSyntax(message);
@@ -361,6 +361,9 @@ class Checker {
   }
 
   void explainInclude(const std::string& name, const GlslPlace& place) {
+    for (const auto& [file, text] : m_result.texts)
+      if (fileName(file) == fileName(name))
+        return error("endless-include", place, "\"" + name + "\" includes itself without end", "give it a guard: #ifndef, #define, #endif");
     std::vector<std::string> looked{"beside " + place.file};
     looked.insert(looked.end(), m_shader.folders.begin(), m_shader.folders.end());
     looked.emplace_back("the library's own");
@@ -420,18 +423,30 @@ class Checker {
     std::string text = said(message);
     for (const auto& [name, spelling] : spellings)
       if (const std::size_t at = text.find(name); at != std::string::npos) text.replace(at, name.size(), spelling);
-    text = std::regex_replace(text, std::regex("unexpected ([A-Z]+)"), "unexpected `$1`");
+    std::smatch keyword;
+    if (const std::string whole = text; std::regex_search(whole, keyword, std::regex("unexpected ([A-Z0-9]+)")))
+      text = std::string(keyword.prefix()) + "unexpected `" + lower(keyword[1]) + "`" + std::string(keyword.suffix());
     GlslPlace place = message.place;
     if (has(text, "`;`") && text.find("`;`") > text.find("expecting")) {
       const std::vector<Token> tokens = tokensOf(m_result.texts[place.file], place.file);
       const auto at = std::find_if(tokens.begin(), tokens.end(), [&](const Token& token) { return token.place.line == place.line; });
       const auto before = at == tokens.begin() || at == tokens.end() ? tokens.end() : at - 1;
+      // First in its line: what is unexpected begins with what the line begins with.
       std::smatch unexpected;
-      const bool isFirst = std::regex_search(text, unexpected, std::regex("unexpected (`([A-Z]+)`|a name|`.`)")) &&
-                           before != tokens.end() && (!unexpected[2].matched || lower(unexpected[2]) == at->text);
+      const bool isFirst = before != tokens.end() && std::regex_search(text, unexpected, std::regex("unexpected (a name|`([^`]+)`)")) &&
+                           (!unexpected[2].matched || unexpected[2] == at->text);
       if (isFirst) place = before->place;
     }
     error("syntax", place, text, "", compilerSaid(message) + ", line " + std::to_string(message.place.line));
+  }
+
+  // The compiler calls every opaque type "sampler/image": the line says which.
+  void explainPrecision(std::string type, const GlslPlace& at, const GlslPlace& place, const std::string& words) {
+    if (type == "sampler/image")
+      for (const Token& token : tokensOf(m_result.texts[at.file], at.file))
+        if (token.place.line == at.line && (has(token.text, "sampler") || has(token.text, "image"))) type = token.text;
+    error("precision", place, "GLSL ES has no default precision for " + type + " in this stage",
+          "write `precision highp " + type + ";` before it and before the includes", words);
   }
 
   // Locations and bindings that SPIR-V needs.
@@ -543,7 +558,7 @@ class Checker {
   void finish(bool hasStatistics) {
     if (m_target.kind != GlslTarget::validate) {
       const std::string wrong = validateSpirv(m_result.spirv, m_target.kind);
-      m_outcome.isSpirv = wrong.empty();
+      m_outcome.isSpirvValid = wrong.empty();
       if (!wrong.empty())
         return error("spirv", {m_shader.file, 0}, "spirv-val refuses the module: " + wrong, "report it: the compiler made it");
     }

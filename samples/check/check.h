@@ -47,7 +47,7 @@ struct Finding {
 struct Outcome {
   std::string target;
   bool isFine = false;
-  bool isSpirv = false;  // a module was made, and spirv-val accepted it
+  std::optional<bool> isSpirvValid;  // what spirv-val says; nothing where no module was made
   int instructions = 0, optimised = 0;  // before and after spirv-opt -O; 0: not counted
 };
 

@@ -31,12 +31,14 @@ std::map<std::string, int> offsetsOf(const std::vector<Struct>& structs) {
   const std::string first = "b." + block->members[0].name;
   text += "layout(std140) uniform Uniforms { GnomonBlock b; };\nout vec4 colour;\nvoid main() { colour = vec4(" + first + " == " + first +
           " ? 1.0 : 0.0); }\n";
+  // "b.bias", "b.windowStart[0]", "b.partitions[0].layer" (or without [0]) to the struct's name and the member's.
   std::map<std::string, int> out;
   for (const auto& [name, offset] : compileGlsl(GlslStage::fragment, text).offsets) {
-    std::string member = name.substr(name.find('.') + 1);
-    for (const char* element : {"[0]", "."})  // partitions[0].layer, partitions.layer: layer
-      if (member.rfind(kPartitions + std::string(element), 0) == 0) member = member.substr(member.rfind('.') + 1);
-    out.emplace(member.substr(0, member.find('[')), offset);
+    const std::size_t start = name.find('.') + 1, dot = name.find('.', start);
+    const std::string member = name.substr(start, std::min(name.find('[', start), dot) - start);
+    const auto [at, isNew] = out.emplace("GnomonBlock." + member, offset);
+    if (!isNew) at->second = std::min(at->second, offset);
+    if (dot != std::string::npos) out.emplace("GnomonPartition." + name.substr(dot + 1), offset);
   }
   return out;
 }
@@ -51,14 +53,15 @@ LayoutDifference compare(const Struct& user, const Struct& own, const std::map<s
     if (i >= own.members.size())
       return {user.members[i].place, user.name + " holds " + written(user.members[i]) + " after the library's last member"};
     const Member& right = own.members[i];
-    const auto place = there.find(right.name);
+    const auto place = there.find(own.name + "." + right.name);
     const std::string byte = place == there.end() ? "" : " (byte " + std::to_string(place->second) + ")";
     if (i >= user.members.size()) return {user.place, user.name + " ends before the library's " + written(right) + byte};
     if (written(user.members[i]) == written(right)) continue;
     std::string text = user.name + " has " + written(user.members[i]) + " where the library has " + written(right) + byte;
     // What that does to the members behind it.
     for (std::size_t k = i; k < own.members.size(); ++k) {
-      const auto from = here.find(own.members[k].name), to = there.find(own.members[k].name);
+      const std::string name = own.name + "." + own.members[k].name;
+      const auto from = here.find(name), to = there.find(name);
       if (from == here.end() || to == there.end() || from->second == to->second) continue;
       text += "; `" + own.members[k].name + "` is read at byte " + std::to_string(from->second) + ", the solver writes it at " +
               std::to_string(to->second);

@@ -198,7 +198,7 @@ std::string asText(const Report& report) {
   for (const check::Outcome& outcome : report.outcomes) {
     if (!outcome.isFine) continue;
     out << report.file << ": " << check::stageName(report.stage) << ", " << outcome.target << ": fine";
-    if (outcome.isSpirv) out << ", spirv-val accepts it";
+    if (outcome.isSpirvValid == true) out << ", spirv-val accepts it";
     if (outcome.optimised > 0) out << ", " << outcome.instructions << " instructions, " << outcome.optimised << " after spirv-opt -O";
     out << "\n";
   }
@@ -223,7 +223,9 @@ Json asJson(const Report& report) {
                         {"targets", finding.targets}});
   }
   for (const check::Outcome& outcome : report.outcomes) {
-    Json target{{"target", outcome.target}, {"fine", outcome.isFine}, {"spirv_valid", outcome.isSpirv}};
+    Json target{{"target", outcome.target},
+                {"fine", outcome.isFine},
+                {"spirv_valid", outcome.isSpirvValid ? Json(*outcome.isSpirvValid) : Json(nullptr)}};
     if (outcome.optimised > 0) target.update({{"instructions", outcome.instructions}, {"optimised", outcome.optimised}});
     targets.push_back(target);
   }

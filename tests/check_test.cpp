@@ -332,6 +332,32 @@ TEST(Check, WarningsAreNoErrors) {
   }
 }
 
+// What the library's own knowledge does not decide: found by trying, or told in the compiler's words.
+TEST(Check, OtherFaults) {
+  const std::string head = "#version 330 core\n#include \"gnomon.glsl\"\nout vec4 colour;\n";
+  struct Fault {
+    std::string text, said;
+  };
+  for (const Fault& fault : std::vector<Fault>{
+           {head + "void main() { colour = gnomon.bas; }\n", "shader:4: 'bas' is not known; write bias"},
+           {head + "void main() { colour = texture2D(1.0); }\n", "shader:4: 'texture2D' is not known"},
+           {head + "void main() { float x[] = {1.0}; colour = vec4(x[0]); }\n", "needs GLSL 420 core, this is 330 core"},
+           {head + "void main() { gl_Position = vec4(1.0); }\n", "shader:4: 'gl_Position' belongs to a vertex shader"},
+           {head + "float lit(vec3 p);\nvoid main() { colour = vec4(lit(vec3(1.0))); }\n",
+            "shader:4: lit is declared and called, and has no body"},
+           {head + "#if GNOMON_MAX_PARTITON > 4\n#endif\nvoid main() {}\n",
+            "shader:4: GNOMON_MAX_PARTITON is asked for and nothing defines it"},
+           {"#version 330 core\nint gnomon;\n#include \"gnomon.glsl\"\nvoid main() {}\n", "shader:2: gnomon is the library's own"},
+           {"\xef\xbb\xbf#version 330 core\nvoid main() {}\n", "shader:1: the file begins with a byte-order mark"},
+           {head, "there is no main()"},
+           {head + "#error stop here\n", "shader:4: '#error' : stop here"},
+           {head + "void main() { colour = vec4(1.0) }\n", "shader:4: syntax error, unexpected `}`, expecting `,` or `;`"}}) {
+    const Report report = checkText(fault.text);
+    EXPECT_EQ(report.findings.size(), 1u) << described(report);
+    EXPECT_NE(described(report).find(fault.said), std::string::npos) << fault.said << "\n" << described(report);
+  }
+}
+
 // ---- The compiler's library ----
 
 TEST(Check, InstructionsAreCounted) {

@@ -142,6 +142,11 @@ class Checker {
 
   bool checkVersion() {
     if (m_version.number > 0) return true;
+    if (m_shader.text.rfind("\xef\xbb\xbf", 0) == 0) {
+      error("no-version", {m_shader.file, 1}, "the file begins with a byte-order mark, so #version is not its first word",
+            "save it as UTF-8 without one");
+      return false;
+    }
     error("no-version", {m_shader.file, 1}, "no #version line: GLSL 110 is meant, which has no uniform blocks",
           "begin with `#version 330 core`, or give --target \"330 core\" where your renderer adds the line");
     return false;
@@ -346,6 +351,7 @@ class Checker {
     if (findFunction(library().hooks, token) && has(text, "overloaded functions must")) return explainHook(token, place, words);
     if (has(text, "already has a body") || has(text, "redefinition"))
       return error("clash", place, "'" + token + "' is defined twice", "rename yours, or take one away", words);
+    if (has(text, "already has a name at global scope")) return explainGlobal(place, words);
     if (explainReserved(message, token, place)) return;
     if (has(text, "default precision qualifier")) return explainPrecision(token, message.place, place, words);
     if (explainInterface(text, place, words)) return;
@@ -403,6 +409,19 @@ class Checker {
           "write: " + findFunction(library().hooks, name)->signature, compiler);
   }
 
+  // The block's own name, taken by a global of the user's: that one's place is the one to tell.
+  void explainGlobal(GlslPlace place, const std::string& words) {
+    std::string taken = "a name";
+    const std::vector<std::string>& names = library().names;
+    for (const Token& name : m_declarations.names)
+      if (isUsers(name.place.file) && std::find(names.begin(), names.end(), name.text) != names.end()) {
+        taken = name.text;
+        place = name.place;
+      }
+    error("clash", place, taken + " is the library's own: its uniform block has it",
+          "rename yours, or define GNOMON_NO_UNIFORM and declare the block", words);
+  }
+
   // "Reserved word", or a syntax error at a keyword of this version.
   bool explainReserved(const GlslMessage& message, const std::string& token, const GlslPlace& place) {
     std::string word = has(message.text, "Reserved word") ? token : "";
@@ -419,7 +438,7 @@ class Checker {
     static const std::vector<std::pair<std::string, std::string>> spellings{
         {"SEMICOLON", "`;`"},    {"COMMA", "`,`"},         {"LEFT_PAREN", "`(`"}, {"RIGHT_PAREN", "`)`"},
         {"LEFT_BRACKET", "`[`"}, {"RIGHT_BRACKET", "`]`"}, {"LEFT_BRACE", "`{`"}, {"RIGHT_BRACE", "`}`"},
-        {"EQUAL", "`=`"},        {"IDENTIFIER", "a name"}, {"$end", "the end"}};
+        {"EQUAL", "`=`"},        {"IDENTIFIER", "name"},   {"$end", "the end"}};
     std::string text = said(message);
     for (const auto& [name, spelling] : spellings)
       if (const std::size_t at = text.find(name); at != std::string::npos) text.replace(at, name.size(), spelling);
@@ -433,7 +452,7 @@ class Checker {
       const auto before = at == tokens.begin() || at == tokens.end() ? tokens.end() : at - 1;
       // First in its line: what is unexpected begins with what the line begins with.
       std::smatch unexpected;
-      const bool isFirst = before != tokens.end() && std::regex_search(text, unexpected, std::regex("unexpected (a name|`([^`]+)`)")) &&
+      const bool isFirst = before != tokens.end() && std::regex_search(text, unexpected, std::regex("unexpected (name|`([^`]+)`)")) &&
                            (!unexpected[2].matched || unexpected[2] == at->text);
       if (isFirst) place = before->place;
     }
@@ -478,7 +497,7 @@ class Checker {
     source.version = version;
     const GlslResult result = compileGlsl(stage, source, m_target.kind, false);
     for (const GlslMessage& message : result.messages)
-      if (message.isError) return message.place.file.empty() || (message.place.file == place.file && message.place.line > place.line);
+      if (message.isError) return result.isCompiled || (message.place.file == place.file && message.place.line > place.line);
     return true;
   }
 

@@ -228,9 +228,9 @@ std::vector<std::string> wordsOf(const std::string& text) {
 Declarations declarationsOf(const std::vector<Token>& tokens) { return Reader(tokens).read(); }
 
 std::string nearest(const std::string& name, const std::vector<std::string>& candidates) {
-  constexpr std::size_t kLettersPerSlip = 4;  // gnomonSelct: two slips allowed; uv: none but of case
+  constexpr std::size_t kShort = 3, kLettersPerSlip = 4;  // gnomonSelct: two slips allowed; bas: one; uv: none but of case
   std::string best;
-  std::size_t least = name.size() / kLettersPerSlip + 1;
+  std::size_t least = name.size() < kShort ? 1 : std::max<std::size_t>(2, name.size() / kLettersPerSlip + 1);
   for (const std::string& candidate : candidates) {
     if (candidate == name) continue;
     const auto isSame = [](char a, char b) {

@@ -21,7 +21,9 @@ function(gnomon_check_shaders name)
   if(TARGET gnomon_cli)
     set(tool $<TARGET_FILE:gnomon_cli>)
   else()
-    find_program(GNOMON_TOOL gnomon HINTS ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../../../bin DOC "The gnomon tool")
+    find_program(GNOMON_TOOL gnomon
+      HINTS ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../../../bin ${CMAKE_CURRENT_FUNCTION_LIST_DIR}/../../../../bin  # lib, lib/<architecture>
+      DOC "The gnomon tool")
     if(NOT GNOMON_TOOL)
       message(FATAL_ERROR "gnomon_check_shaders(${name}): the gnomon tool is not found; set GNOMON_TOOL to it")
     endif()

@@ -4,7 +4,6 @@
 #include <cctype>
 #include <cstdlib>
 #include <filesystem>
-#include <regex>
 #include <set>
 #include <sstream>
 
@@ -325,9 +324,12 @@ class Checker {
     if (!m_result.isFine && m_places.empty()) error("compiler", {}, "does not compile: " + m_result.log, "");
   }
 
+  // Without the empty token and the spaces that the compiler leaves.
   static std::string said(const GlslMessage& message) {
-    std::string text = std::regex_replace(message.text, std::regex("^'' : *|\\s+$"), "");
-    return std::regex_replace(text, std::regex(" +"), " ");
+    std::istringstream words(message.text.rfind("'' :", 0) == 0 ? message.text.substr(4) : message.text);
+    std::string out;
+    for (std::string word; words >> word;) out += (out.empty() ? "" : " ") + word;
+    return out;
   }
   static bool has(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
 
@@ -422,12 +424,17 @@ class Checker {
           "rename yours, or define GNOMON_NO_UNIFORM and declare the block", words);
   }
 
+  // "syntax error, unexpected SAMPLE, expecting": SAMPLE.
+  static std::string unexpected(const std::string& text) {
+    const std::string mark = "unexpected ";
+    const std::size_t start = text.find(mark);
+    return start == std::string::npos ? "" : text.substr(start + mark.size(), text.find(',', start) - start - mark.size());
+  }
+
   // "Reserved word", or a syntax error at a keyword of this version.
   bool explainReserved(const GlslMessage& message, const std::string& token, const GlslPlace& place) {
-    std::string word = has(message.text, "Reserved word") ? token : "";
-    std::smatch found;
-    if (std::regex_search(message.text, found, std::regex("unexpected ([A-Z_]+)")) && kReserved.count(lower(found[1])) > 0)
-      word = lower(found[1]);
+    const std::string keyword = lower(unexpected(message.text));
+    const std::string word = has(message.text, "Reserved word") ? token : kReserved.count(keyword) > 0 ? keyword : "";
     if (word.empty() || !isUsers(message.place.file)) return false;
     error("reserved-word", place, "'" + word + "' is a reserved word of GLSL " + m_outcome.target, "rename it", compilerSaid(message));
     return true;
@@ -436,25 +443,24 @@ class Checker {
   // The grammar's names for tokens as one writes them. A `;` is missing where the line before ends, not where the compiler notices.
   void explainSyntax(const GlslMessage& message) {
     static const std::vector<std::pair<std::string, std::string>> spellings{
-        {"SEMICOLON", "`;`"},    {"COMMA", "`,`"},         {"LEFT_PAREN", "`(`"}, {"RIGHT_PAREN", "`)`"},
-        {"LEFT_BRACKET", "`[`"}, {"RIGHT_BRACKET", "`]`"}, {"LEFT_BRACE", "`{`"}, {"RIGHT_BRACE", "`}`"},
-        {"EQUAL", "`=`"},        {"IDENTIFIER", "name"},   {"$end", "the end"}};
-    std::string text = said(message);
-    for (const auto& [name, spelling] : spellings)
+        {"SEMICOLON", "`;`"},     {"COMMA", "`,`"},      {"LEFT_PAREN", "`(`"},  {"RIGHT_PAREN", "`)`"}, {"LEFT_BRACKET", "`[`"},
+        {"RIGHT_BRACKET", "`]`"}, {"LEFT_BRACE", "`{`"}, {"RIGHT_BRACE", "`}`"}, {"EQUAL", "`=`"},       {"IDENTIFIER", "name"}};
+    std::string text = said(message), token = unexpected(text);
+    for (const auto& [name, spelling] : spellings) {
       if (const std::size_t at = text.find(name); at != std::string::npos) text.replace(at, name.size(), spelling);
-    std::smatch keyword;
-    if (const std::string whole = text; std::regex_search(whole, keyword, std::regex("unexpected ([A-Z0-9]+)")))
-      text = std::string(keyword.prefix()) + "unexpected `" + lower(keyword[1]) + "`" + std::string(keyword.suffix());
+      if (token == name) token = spelling;
+    }
+    if (const std::size_t at = text.find("unexpected " + token);
+        !token.empty() && std::isupper(static_cast<unsigned char>(token[0])) != 0) {
+      text.replace(text.find(' ', at) + 1, token.size(), "`" + lower(token) + "`");
+      token = "`" + lower(token) + "`";
+    }
     GlslPlace place = message.place;
     if (has(text, "`;`") && text.find("`;`") > text.find("expecting")) {
+      // First in its line: what is unexpected is what the line begins with.
       const std::vector<Token> tokens = tokensOf(m_result.texts[place.file], place.file);
-      const auto at = std::find_if(tokens.begin(), tokens.end(), [&](const Token& token) { return token.place.line == place.line; });
-      const auto before = at == tokens.begin() || at == tokens.end() ? tokens.end() : at - 1;
-      // First in its line: what is unexpected begins with what the line begins with.
-      std::smatch unexpected;
-      const bool isFirst = before != tokens.end() && std::regex_search(text, unexpected, std::regex("unexpected (name|`([^`]+)`)")) &&
-                           (!unexpected[2].matched || unexpected[2] == at->text);
-      if (isFirst) place = before->place;
+      const auto at = std::find_if(tokens.begin(), tokens.end(), [&](const Token& each) { return each.place.line == place.line; });
+      if (at != tokens.begin() && at != tokens.end() && (token == "name" || token == "`" + at->text + "`")) place = (at - 1)->place;
     }
     error("syntax", place, text, "", compilerSaid(message) + ", line " + std::to_string(message.place.line));
   }
@@ -621,11 +627,24 @@ const std::vector<StageWords>& stages() {
 }  // namespace
 
 bool parseTarget(const std::string& text, Target& out) {
-  static const std::regex pattern("(?:([0-9]{3})(?: (core|es|compatibility))?)?(?: ?(vulkan|opengl))?");
-  std::smatch parts;
-  if (text.empty() || !std::regex_match(text, parts, pattern)) return false;
-  out.version = parts[1].str() + (parts[2].matched ? " " + parts[2].str() : "");
-  out.kind = !parts[3].matched ? GlslTarget::validate : parts[3] == "vulkan" ? GlslTarget::vulkan : GlslTarget::openGl;
+  static const std::set<std::string> profiles{"core", "es", "compatibility"};
+  Target target;
+  std::istringstream words(text);
+  std::string word;
+  bool isMore = static_cast<bool>(words >> word);
+  const bool hasVersion = isMore && word.size() == 3 && word.find_first_not_of("0123456789") == std::string::npos;
+  if (hasVersion) {
+    target.version = word;
+    isMore = static_cast<bool>(words >> word);
+    if (isMore && profiles.count(word) > 0) {
+      target.version += " " + word;
+      isMore = static_cast<bool>(words >> word);
+    }
+  }
+  const bool hasKind = isMore && (word == "vulkan" || word == "opengl");
+  if (hasKind) target.kind = word == "vulkan" ? GlslTarget::vulkan : GlslTarget::openGl;
+  if (!(hasVersion || hasKind) || (isMore && !hasKind) || words >> word) return false;
+  out = target;
   return true;
 }
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <regex>
 #include <sstream>
 #include <string_view>
 
@@ -32,14 +32,10 @@ struct Process {
 
 // The line that asks for `name`; 0: none does, as where a macro spells it.
 int includeLine(const std::string& text, const std::string& name) {
-  static const std::regex pattern("^\\s*#\\s*include\\s*[\"<]([^\">]*)[\">]");
-  std::istringstream lines(text);
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    std::smatch found;
-    if (std::regex_search(line, found, pattern) && found[1] == name) return number;
-  }
+  for (const Directive& directive : directivesOf(text))
+    if (directive.name == "include" && directive.rest.find_first_of("\">", 1) == name.size() + 1 &&
+        directive.rest.compare(1, name.size(), name) == 0)
+      return directive.line;
   return 0;
 }
 
@@ -95,6 +91,17 @@ EShMessages rules(GlslTarget target) {
   }
 }
 
+// Empties the text's #version line; the other lines keep their numbers.
+void blankVersion(std::string& text) {
+  for (const Directive& directive : directivesOf(text)) {
+    if (directive.name != "version") continue;
+    std::size_t start = 0;
+    for (int line = 1; line < directive.line; ++line) start = text.find('\n', start) + 1;
+    text.erase(start, std::min(text.find('\n', start), text.size()) - start);
+    return;
+  }
+}
+
 // A shader with its texts and its environment, ready to be parsed.
 class Shader {
  public:
@@ -103,8 +110,7 @@ class Shader {
     static const Process process;
     if (!source.version.empty()) {
       m_version = "#version " + source.version + "\n";
-      // Its own #version line becomes a blank one, so that the other lines keep their numbers.
-      m_body = std::regex_replace(m_body, std::regex("(^|\n)[ \t]*#[ \t]*version[^\n]*"), "$1", std::regex_constants::format_first_only);
+      blankVersion(m_body);
     }
     m_texts = {m_version.c_str(), m_body.c_str()};
     m_names = {m_name.c_str(), m_name.c_str()};
@@ -137,8 +143,23 @@ class Shader {
   glslang::TShader m_shader;
 };
 
+// "file:12: what is wrong": a file's name may hold colons.
+GlslMessage messageOf(bool isError, const std::string& text) {
+  GlslMessage out;
+  out.isError = isError;
+  out.text = text;
+  for (std::size_t colon = text.find(':'); colon != std::string::npos; colon = text.find(':', colon + 1)) {
+    const std::size_t end = text.find_first_not_of("0123456789", colon + 1);
+    if (end == colon + 1 || end == std::string::npos || text.compare(end, 2, ": ") != 0) continue;
+    out.place.file = text.substr(0, colon);
+    out.place.line = std::atoi(text.c_str() + colon + 1);
+    out.text = text.substr(end + 2);
+    break;
+  }
+  return out;
+}
+
 std::vector<GlslMessage> messagesOf(const std::string& log) {
-  static const std::regex placed("(.*?):([0-9]+): (.*)");
   std::vector<GlslMessage> out;
   std::istringstream lines(log);
   for (std::string line; std::getline(lines, line);) {
@@ -147,16 +168,7 @@ std::vector<GlslMessage> messagesOf(const std::string& log) {
       if (!out.empty() && line.rfind("    ", 0) == 0) out.back().text += " " + line.substr(line.find_first_not_of(' '));
       continue;
     }
-    GlslMessage message;
-    message.isError = isError;
-    message.text = line.substr(line.find(' ') + 1);
-    std::smatch parts;
-    const std::string rest = message.text;
-    if (std::regex_match(rest, parts, placed)) {
-      message.place.file = parts[1];
-      message.place.line = std::stoi(parts[2]);
-      message.text = parts[3];
-    }
+    GlslMessage message = messageOf(isError, line.substr(line.find(' ') + 1));
     if (message.text.find("compilation errors.") == std::string::npos) out.push_back(std::move(message));
   }
   return out;

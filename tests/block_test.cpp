@@ -14,6 +14,8 @@
 namespace gnomon::test {
 namespace {
 
+using namespace check;
+
 const char* const kReader = R"(
 #include "gnomon_block.glsl"
 uniform int which;

@@ -11,6 +11,8 @@
 namespace gnomon::test {
 namespace {
 
+using namespace check;
+
 const std::vector<std::string> kIncludes{"gnomon.glsl", "gnomon_block.glsl", "gnomon_cast.glsl", "gnomon_lookup.glsl", "gnomon_pssm.glsl"};
 const char* const kHook = "float gnomonCompare(int map, vec2 uv, float layer, float depth) { return depth <= uv.x ? 1.0 : 0.0; }\n";
 

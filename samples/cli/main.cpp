@@ -1,4 +1,4 @@
-// The gnomon tool: solve a case, list the methods, render and judge a scene, or do all of it for the built-in scenes.
+// The gnomon tool: solve a case, list the methods, render and judge a scene, do all of it for the built-in scenes, or check shaders.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 
 #include "case.h"
+#include "check_command.h"
 #include "job.h"
 #include "result.h"
 #include "scene.h"
@@ -262,7 +263,7 @@ int run(const std::string& file, const std::string& folder) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("gnomon: shadow-map partitions, solved, rendered and judged");
+  CLI::App app("gnomon: shadow-map partitions, solved, rendered, judged and checked");
   app.require_subcommand(1);
   SolveArguments arguments;
   std::string scene, folder, file, filter = "none";
@@ -282,6 +283,9 @@ int main(int argc, char** argv) {
   CLI::App* runCommand = app.add_subcommand("run", "the main job: render and judge the built-in scenes, or a .glb");
   runCommand->add_option("scene", file, "a .glb file; none: the built-in scenes");
   runCommand->add_option("--out", folder, "folder for pictures and the table")->default_val("out");
+  CLI::App* checkCommand = app.add_subcommand("check", "check shaders that use the includes: file, line, cause and what to do");
+  cli::CheckArguments checkArguments;
+  checkArguments.addTo(*checkCommand);
 
   try {
     app.parse(argc, argv);
@@ -292,6 +296,8 @@ int main(int argc, char** argv) {
       code = listMethods(isJson);
     else if (renderCommand->parsed())
       code = render(arguments, scene, folder, filter);
+    else if (checkCommand->parsed())
+      code = cli::check(checkArguments);
     else
       code = run(file, folder);
     if (!std::cout.flush()) throw std::runtime_error("standard output: cannot be written");

@@ -1,0 +1,2 @@
+// A user's include with a missing semicolon.
+#include "curve.glsl"

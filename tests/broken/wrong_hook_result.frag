@@ -1,0 +1,11 @@
+#version 330 core
+#include "gnomon.glsl"
+in vec3 world;
+in vec3 normal;
+out vec4 colour;
+uniform sampler2DArray maps;
+vec4 gnomonCompare(int map, vec2 uv, float layer, float depth) { return texture(maps, vec3(uv, layer)); }
+void main() {
+  int index = gnomonSelect(gnomon, gl_FragCoord.z, world);
+  colour = vec4(gnomonShadow(gnomon, 0, index, world, normal));
+}

@@ -38,7 +38,7 @@ namespace {
 
 constexpr float kNever = 3e38f;  // a start that no depth reaches
 
-bool isFinite(const mat4& m) noexcept {
+bool isFiniteMatrix(const mat4& m) noexcept {
   float sum = 0.0f;
   for (int c = 0; c < 4; ++c)
     for (int r = 0; r < 4; ++r) sum += m[c][r] * 0.0f;
@@ -118,7 +118,7 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
     block.viewStart[i / 4][i % 4] = static_cast<float>(viewNear);
     block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
     out.layer = vec4(static_cast<float>(map.layer), 0.0f, 0.0f, 0.0f);
-    isFine = isFine && isFinite(out.clipFromWorld) && std::isfinite(map.error.extent);  // atlasFromWorld's numbers are no larger
+    isFine = isFine && isFiniteMatrix(out.clipFromWorld) && std::isfinite(map.error.extent);  // atlasFromWorld's numbers are no larger
   }
   return isFine;
 }

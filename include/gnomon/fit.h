@@ -18,7 +18,7 @@
 #include "gnomon/split.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 enum class FitMode : std::uint8_t { tight, slice, stable };
 

@@ -8,7 +8,7 @@
 #include "gnomon/split.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 // Fits a map to each slice, places them all and writes the partitions, their errors and the block. Slices that hold nothing get
 // no map, but keep their place in the atlas. Solution::originWs is read. Errors: marginTexels, budgetAtlas, worldSpacePrecision,

@@ -33,6 +33,7 @@ endfunction()
 
 # The names that a text declares at the start of a line: types, constants and functions.
 function(find_names text out)
+  string(REPLACE "[[nodiscard]] " "" text "${text}")
   string(REGEX REPLACE "[][;\\]" " " text "${text}")
   string(REGEX MATCHALL "\n[^ \n/}#][^\n]*" lines "\n${text}")
   set(names "")

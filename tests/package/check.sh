@@ -76,12 +76,15 @@ amalgamation)
   "$compiler" "${strict[@]}" -DONE_FILE -I"$files" "$here/main.cpp" "$files/gnomon.cpp" -o "$out/consumer"
   compare "$out/consumer"
   ;;
-amalgamation_clash)  # two solver files with a private name in common are refused, by name
+amalgamation_clash)  # a private name that another file has too, or a header, is refused by name
   copy
-  printf 'namespace gnomon {\nnamespace {\n\ndouble pixelsOf(int i) { return i; }\n\n}  // namespace\n}  // namespace gnomon\n' |
-    tee -a "$out/copy/solver/fit.cpp" >>"$out/copy/solver/split.cpp"
-  if cmake -D SOURCE="$out/copy" -D OUTPUT="$out" -D VERSION=0 -P "$out/copy/solver/package/amalgamate.cmake" 2>"$out/log"; then exit 1; fi
-  grep pixelsOf "$out/log"
+  for name in pixelsOf selectByViewDepth; do
+    printf 'namespace gnomon {\nnamespace {\n\ndouble %s(int i) { return i; }\n\n}  // namespace\n}  // namespace gnomon\n' $name |
+      tee -a "$out/copy/solver/fit.cpp" >>"$out/copy/solver/split.cpp"
+    if cmake -D SOURCE="$out/copy" -D OUTPUT="$out" -D VERSION=0 -P "$out/copy/solver/package/amalgamate.cmake" 2>"$out/log"; then exit 1; fi
+    grep "'$name'" "$out/log"
+    cp "$GNOMON_SOURCE"/solver/{fit,split}.cpp "$out/copy/solver"
+  done
   ;;
 headers)  # each compiles alone, and twice
   for header in "$GNOMON_SOURCE"/include/gnomon/*.h; do

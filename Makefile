@@ -1,12 +1,14 @@
 # make run [SCENE=file.glb]   set up, build, render and judge the scenes: pictures under out/, a table on the terminal
 # make test                   set up, build, run every test
+# make asan                   every test again, under the address and undefined-behaviour sanitizers
+# make docs                   headers and shaders as HTML: build/docs/html/index.html
 # make setup | build | bench | lint | clean
 
 SCENE ?=
 JOBS ?= $(shell nproc)
 GNOMON_EXTRA_DATA ?=
 
-.PHONY: run setup configure build test bench lint clean
+.PHONY: run setup configure build test setup-docs asan bench docs lint clean
 
 run: build
 	build/gnomon run $(if $(SCENE),"$(SCENE)") --out out
@@ -24,12 +26,26 @@ build: configure
 test: build
 	ctest --test-dir build --output-on-failure -j $(JOBS)
 
+asan: setup
+	cmake --preset asan -DGNOMON_EXTRA_DATA="$(GNOMON_EXTRA_DATA)"
+	cmake --build build-asan -j $(JOBS)
+	ctest --test-dir build-asan --output-on-failure -j $(JOBS)
+
 bench: build
 	build/gnomon_bench
 
+docs: setup-docs configure
+	cmake --build build -j $(JOBS) --target libgnomon.a
+	rm -rf build/docs
+	doxygen build/solver/package/Doxyfile
+	nm -C -g build/libgnomon.a | awk -f solver/package/documented.awk - build/docs/xml/*.xml
+
+setup-docs:
+	@.ci/setup docs
+
 lint: configure
-	clang-format --dry-run -Werror $(wildcard include/gnomon/*.h solver/*.h solver/*.cpp tests/*.cpp tests/*.h tests/bench/*.cpp samples/*/*.h samples/*/*.cpp)
+	clang-format --dry-run -Werror $(wildcard include/gnomon/*.h solver/*.h solver/*.cpp tests/*.cpp tests/*.h tests/*/*.cpp samples/*/*.h samples/*/*.cpp)
 	clang-tidy -p build --quiet --warnings-as-errors='*' --extra-arg=-Wno-unknown-warning-option $(wildcard solver/*.cpp)
 
 clean:
-	rm -rf build build-asan build-configure.log out
+	rm -rf build build-asan build-clang build-configure.log out

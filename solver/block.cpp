@@ -42,7 +42,7 @@ namespace {
 
 constexpr float kNever = 3e38f;  // a start that no depth reaches
 
-bool isFinite(const mat4& m) noexcept {
+bool isFiniteMatrix(const mat4& m) noexcept {
   float sum = 0.0f;
   for (int c = 0; c < 4; ++c)
     for (int r = 0; r < 4; ++r) sum += m[c][r] * 0.0f;
@@ -54,6 +54,41 @@ double windowQuantum(const Camera& camera, double viewDepth) noexcept {
   const double step = depthQuantum(camera, viewDepth);
   const double inner = camera.projection == Projection::perspective ? std::max(viewDepth - step, viewDepth / 2.0) : viewDepth - step;
   return std::abs(windowDepth(camera, viewDepth) - windowDepth(camera, inner));
+}
+
+// What a slice serves. Where no partition adjoins, the interval is widened by what float32 depth may confuse: half-open ends need a
+// neighbour. sign: the depth rule's.
+void writeInterval(const Splits& slices, int i, int count, const Camera& camera, double sign, GnomonBlock& block) noexcept {
+  GnomonPartition& out = block.partitions[i];
+  const DepthSpan& slice = slices.slices[i];
+  const bool hasBefore = i > 0 && slices.slices[i - 1].far == slice.near,
+             hasAfter = i + 1 < count && slices.slices[i + 1].near == slice.far;
+  const double viewNear = hasBefore ? slice.near : slice.near - viewQuantum(camera, slice.near);
+  const double viewFar = hasAfter ? slice.far : slice.far + viewQuantum(camera, slice.far);
+  const double windowNear = windowDepth(camera, slice.near) * sign - (hasBefore ? 0.0 : windowQuantum(camera, slice.near));
+  const double windowFar = windowDepth(camera, slice.far) * sign + (hasAfter ? 0.0 : windowQuantum(camera, slice.far));
+  out.interval = vec4(glm::dvec4(viewNear, viewFar, windowNear, windowFar));
+  block.viewStart[i / 4][i % 4] = static_cast<float>(viewNear);
+  block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
+  out.axis = block.viewPlane;
+  out.left = out.right = vec4(0.0f, 0.0f, 0.0f, 1.0f);
+  const auto end = static_cast<float>(viewFar);
+  out.range = vec4(static_cast<float>(viewNear), hasAfter ? end : std::nextafter(end, kNever), 0.0f, 0.0f);  // the last is closed
+}
+
+// What a wedge serves; selection by depth never finds it.
+void writeWedge(const Region& region, const Wedge& wedge, const glm::dvec3& originWs, GnomonPartition& out) noexcept {
+  const auto plane = [&](const Plane& vs) {
+    const glm::dvec3 normalWs = region.worldFromView * vs.normal;
+    return vec4(glm::dvec4(normalWs, vs.offset - glm::dot(normalWs, region.eyeWs - originWs)));
+  };
+  const auto side = [&](const Plane& vs) { return vs.normal == glm::dvec3(0.0) ? vec4(0.0f, 0.0f, 0.0f, 1.0f) : plane(vs); };
+  const auto bound = [](double x) { return static_cast<float>(std::clamp(x, -static_cast<double>(kNever), static_cast<double>(kNever))); };
+  out.axis = plane(wedge.axis);
+  out.left = side(wedge.left);
+  out.right = side(wedge.right);
+  out.range = vec4(bound(wedge.start), bound(wedge.end), 0.0f, 0.0f);
+  out.interval = vec4(kNever);
 }
 
 }  // namespace
@@ -105,7 +140,6 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
   for (int i = 0; i < count; ++i) {
     Partition& map = solution.partitions[i];
     GnomonPartition& out = block.partitions[i];
-    const DepthSpan& slice = slices.slices[i];
     out.clipFromWorld = map.clipFromWorld;
     out.atlasFromWorld = mat4(atlasMatrix(frame, clipFromWorld[i], map.viewport, solution.atlas));
     out.viewport = vec4(map.viewport);
@@ -113,40 +147,12 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
     out.uvBounds = vec4(glm::dvec4(least, least + size));
     out.layer = vec4(static_cast<float>(map.layer), 0.0f, 0.0f, 0.0f);
     if (slices.isWedged) {
-      const Wedge& wedge = slices.wedges[i];
-      const auto plane = [&](const glm::dvec3& normalVs, double offset) {
-        const glm::dvec3 normalWs = region.worldFromView * normalVs;
-        return vec4(glm::dvec4(normalWs, offset - glm::dot(normalWs, region.eyeWs - solution.originWs)));
-      };
-      const auto side = [&](const Plane& bound) {
-        return bound.normal == glm::dvec3(0.0) ? vec4(0.0f, 0.0f, 0.0f, 1.0f) : plane(bound.normal, bound.offset);
-      };
-      out.axis = plane(wedge.axis.normal, wedge.axis.offset);
-      out.left = side(wedge.left);
-      out.right = side(wedge.right);
-      const auto bound = [](double x) {
-        return static_cast<float>(std::clamp(x, -static_cast<double>(kNever), static_cast<double>(kNever)));
-      };
-      out.range = vec4(bound(wedge.start), bound(wedge.end), 0.0f, 0.0f);
-      out.interval = vec4(kNever);
+      writeWedge(region, slices.wedges[i], solution.originWs, out);
       isFine = isFine && isVectorFinite(out.axis) && isVectorFinite(out.left) && isVectorFinite(out.right);
     } else {
-      // Where no partition adjoins, the interval is widened by what float32 depth may confuse: half-open ends need a neighbour.
-      const bool hasBefore = i > 0 && slices.slices[i - 1].far == slice.near,
-                 hasAfter = i + 1 < count && slices.slices[i + 1].near == slice.far;
-      const double viewNear = hasBefore ? slice.near : slice.near - viewQuantum(camera, slice.near);
-      const double viewFar = hasAfter ? slice.far : slice.far + viewQuantum(camera, slice.far);
-      const double windowNear = windowDepth(camera, slice.near) * sign - (hasBefore ? 0.0 : windowQuantum(camera, slice.near));
-      const double windowFar = windowDepth(camera, slice.far) * sign + (hasAfter ? 0.0 : windowQuantum(camera, slice.far));
-      out.interval = vec4(glm::dvec4(viewNear, viewFar, windowNear, windowFar));
-      block.viewStart[i / 4][i % 4] = static_cast<float>(viewNear);
-      block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
-      out.axis = block.viewPlane;
-      out.left = out.right = vec4(0.0f, 0.0f, 0.0f, 1.0f);
-      const auto end = static_cast<float>(viewFar);
-      out.range = vec4(static_cast<float>(viewNear), hasAfter ? end : std::nextafter(end, kNever), 0.0f, 0.0f);  // the last is closed
+      writeInterval(slices, i, count, camera, sign, block);
     }
-    isFine = isFine && isFinite(out.clipFromWorld) && std::isfinite(map.error.extent);  // atlasFromWorld's numbers are no larger
+    isFine = isFine && isFiniteMatrix(out.clipFromWorld) && std::isfinite(map.error.extent);  // atlasFromWorld's numbers are no larger
   }
   return isFine;
 }

@@ -6,8 +6,6 @@
 namespace gnomon {
 namespace {
 
-double cross2(const glm::dvec2& a, const glm::dvec2& b) noexcept { return a.x * b.y - a.y * b.x; }
-
 // The width of the widest part of a view slice: any rotation of it fits a square of this side.
 double sliceDiameter(const Region& region, const DepthSpan& slab) noexcept {
   const Camera& camera = region.camera;

@@ -8,8 +8,6 @@
 namespace gnomon {
 namespace {
 
-double cross2(const glm::dvec2& a, const glm::dvec2& b) noexcept { return a.x * b.y - a.y * b.x; }
-
 // Which points are the hull's vertices, counter-clockwise, and behind them those inside. Slices of one cell give alike sets of
 // points, so the hull of the last one is a good first guess for the next.
 struct Ring {

@@ -10,6 +10,9 @@ namespace gnomon {
 
 inline bool isFinite(const glm::dvec3& v) noexcept { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
+// Twice the signed area of the triangle 0, a, b.
+inline double cross2(const glm::dvec2& a, const glm::dvec2& b) noexcept { return a.x * b.y - a.y * b.x; }
+
 // The first component that is not finite, else the fallback: what a refusal reports.
 inline double firstBad(const glm::dvec3& v, double fallback) noexcept {
   for (int i = 0; i < 3; ++i)

@@ -6,7 +6,7 @@
 namespace gnomon {
 namespace {
 
-constexpr double kRounding = 16.0 * std::numeric_limits<double>::epsilon();
+constexpr double kVertexRounding = 16.0 * std::numeric_limits<double>::epsilon();
 
 // A hexahedron from its eight corners: bit 0 of the index is +x, bit 1 +y, bit 2 +z. Planes: -x, +x, -y, +y, -z, +z.
 void hexahedron(Cell& cell) noexcept {
@@ -115,7 +115,7 @@ Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept {
     const glm::dvec3& v = cell.vertices[i];
     distance[i] = glm::dot(plane.normal, v) + plane.offset;
     const double size = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-    isInside[i] = !(distance[i] < -kRounding * (magnitude + slope * size));
+    isInside[i] = !(distance[i] < -kVertexRounding * (magnitude + slope * size));
     kept += isInside[i];
   }
   if (kept == cell.vertexCount) return Cut::inside;

@@ -5,8 +5,6 @@
 namespace gnomon {
 namespace {
 
-double cross2(const glm::dvec2& a, const glm::dvec2& b) noexcept { return a.x * b.y - a.y * b.x; }
-
 // How far the frame's centre lies, as kappa: e^kappa is w at the far end over w at the near one.
 // e^kappa - 1 = D / n', with D / n = r - 1 and n' by eq. 11.
 double kappaOf(const WarpSettings& settings, double ratio) noexcept {

@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const fs::path kRoot = GNOMON_SOURCE_DIR;
-const std::set<std::string> kUmbrellas{"gnomon"};
+const std::set<std::string> kNoParts{"gnomon", "export"};
 
 std::string read(const fs::path& path) {
   std::ifstream file(path);
@@ -31,7 +31,7 @@ std::set<std::string> stems(const fs::path& folder, const std::string& extension
 TEST(Parts, EachHasEveryFile) {
   const std::string readme = read(kRoot / "README.md");
   for (const std::string& stem : stems("include/gnomon", ".h")) {
-    if (kUmbrellas.count(stem) > 0) continue;
+    if (kNoParts.count(stem) > 0) continue;
     const std::string header = read(kRoot / "include/gnomon" / (stem + ".h"));
     EXPECT_TRUE(fs::exists(kRoot / "solver" / (stem + ".cpp"))) << stem;
     EXPECT_NE(readme.find("\n## " + stem + "\n"), std::string::npos) << stem << ": no README section";
@@ -59,7 +59,7 @@ TEST(Parts, NoSolverFileWithoutAHeader) {
 
 TEST(Parts, EveryShaderFileBelongsToAHeader) {
   for (std::string stem : stems("glsl", ".glsl")) {
-    if (kUmbrellas.count(stem) > 0) continue;
+    if (kNoParts.count(stem) > 0) continue;
     ASSERT_EQ(stem.rfind("gnomon_", 0), 0u);
     stem.erase(0, 7);
     const std::string header = read(kRoot / "include/gnomon" / (stem + ".h"));

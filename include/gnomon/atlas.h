@@ -8,7 +8,7 @@
 #include "gnomon/fit.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 struct Atlas {
   glm::ivec2 size{0, 0};

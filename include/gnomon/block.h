@@ -16,7 +16,9 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
-namespace gnomon {
+#include "gnomon/export.h"
+
+namespace GNOMON_EXPORT gnomon {
 
 using glm::mat4;
 using glm::uvec4;

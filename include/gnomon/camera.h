@@ -9,7 +9,7 @@
 
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 // A symmetric perspective camera. fovY: whole vertical angle, radians, in (0, pi); aspect: width over height, > 0.
 // Bad values are kept, and refused by the solve.

@@ -9,7 +9,7 @@
 #include "gnomon/fit.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 // The caps that every slice shares: the faces of the region's volume that light leaves it by, in world space with unit normals, but
 // for the view's near and far. Returns their number, at most kMaxCellPlanes.

@@ -11,7 +11,7 @@
 #include "gnomon/footprint.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 // Texel edges and longest stretch in world units, of an affine map, from the float matrix itself.
 // directionWs: unit, from the light to the scene. Infinite where the matrix has no inverse on the light plane.

@@ -17,7 +17,7 @@
 #include "gnomon/footprint.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 enum class FitMode : std::uint8_t { tight, slice, stable };
 

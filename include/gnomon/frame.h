@@ -6,7 +6,7 @@
 
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 // Errors: camera*, image*, margin*, budget*, bias*, fade; value: the number refused. Boxes, planes and the light are checked
 // where they are read (gnomon/region.h, gnomon/fit.h).

@@ -9,7 +9,7 @@
 
 #include <glm/vec3.hpp>
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 // The partition that serves a window depth (gl_FragCoord.z), or -1. As gnomonSelectWindow.
 [[nodiscard]] int selectByWindowDepth(const GnomonBlock& block, float windowDepth) noexcept;

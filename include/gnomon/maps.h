@@ -9,7 +9,7 @@
 #include "gnomon/types.h"
 #include "gnomon/warp.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 // How the budget's texels are shared between maps.
 enum class Shares : std::uint8_t {

@@ -10,7 +10,7 @@
 #include "gnomon/split.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 struct PssmSettings {
   SplitSettings split;

@@ -10,7 +10,7 @@
 
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 inline constexpr int kMaxCellVertices = 64;
 inline constexpr int kMaxCellEdges = 96;

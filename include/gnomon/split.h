@@ -14,7 +14,7 @@
 #include "gnomon/region.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 enum class SplitScheme : std::uint8_t { uniform, logarithmic, practical, explicitDepths };
 

@@ -18,7 +18,7 @@
 
 #include "gnomon/block.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 inline constexpr int kMaxPartitions = GNOMON_MAX_PARTITIONS;
 inline constexpr int kMaxCullPlanes = 32;

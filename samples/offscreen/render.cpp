@@ -214,8 +214,8 @@ class Texture {
   explicit Texture(GLenum target) : target_(target) {
     gl::GenTextures(1, &name_);
     gl::BindTexture(target, name_);
-    for (const GLenum side : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) gl::TexParameteri(target, side, GL_NEAREST);
-    for (const GLenum wrap : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T}) gl::TexParameteri(target, wrap, GL_CLAMP_TO_EDGE);
+    for (const auto side : {GLenum{GL_TEXTURE_MIN_FILTER}, GLenum{GL_TEXTURE_MAG_FILTER}}) gl::TexParameteri(target, side, GL_NEAREST);
+    for (const auto wrap : {GLenum{GL_TEXTURE_WRAP_S}, GLenum{GL_TEXTURE_WRAP_T}}) gl::TexParameteri(target, wrap, GL_CLAMP_TO_EDGE);
   }
   ~Texture() { gl::DeleteTextures(1, &name_); }
   Texture(const Texture&) = delete;

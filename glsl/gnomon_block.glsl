@@ -7,7 +7,9 @@
 //              GNOMON_BINDING         binding of the uniform block, GLSL 420 / ES 310 and later (default: none, the host binds by name)
 //              GNOMON_NO_UNIFORM      define it to declare your own blocks, one for each light:
 //                                     layout(std140) uniform Sun { GnomonBlock sun; };
-// needs:       #version 330 core
+// needs:       #version 330 core to 460, 300 es to 320 es, or Vulkan GLSL. Positions and depths need 32 bits, so this file says
+//              precision highp float and int: in ES they are the default from here on; a host that wants less for its own code says
+//              so after its includes and its hook.
 //
 // Spaces: "world" below is world - origin (the camera's position unless the solver was asked for world space).
 #ifndef GNOMON_BLOCK_GLSL
@@ -17,6 +19,11 @@
 #define GNOMON_MAX_PARTITIONS 16
 #endif
 #define GNOMON_LAYOUT_VERSION 1
+
+#ifndef __cplusplus
+precision highp float;  // no effect but in ES
+precision highp int;
+#endif
 
 #define GNOMON_FLAG_VIEW_DEPTH 1u   // window depth cannot tell the splits apart: select by view depth
 #define GNOMON_FLAG_DEPTH_CLAMP 2u  // casters before the depth range must be clamped onto it

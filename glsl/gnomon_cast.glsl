@@ -10,7 +10,7 @@
 //              depth clamp where the API has none: gl_Position = gnomonCastFlat(position) and, in the fragment stage,
 //                               gl_FragDepth = gnomonCastDepth(depth) of the depth that gnomonCastWindowDepth gave the vertex
 //                               (interpolate it noperspective, or smooth: w is constant on a flat map)
-// needs:       #version 330 core
+// needs:       what gnomon_block.glsl needs
 #ifndef GNOMON_CAST_GLSL
 #define GNOMON_CAST_GLSL
 

@@ -11,7 +11,7 @@
 // world:       world - origin, as everywhere. normal: unit, geometric, on the side that is seen.
 // Nothing here declares a texture, a sampler or a binding; no derivative is taken.
 // cost:        gnomonShadow: one comparison, a matrix product, three cross products
-// needs:       #version 330 core
+// needs:       what gnomon_block.glsl needs
 #ifndef GNOMON_LOOKUP_GLSL
 #define GNOMON_LOOKUP_GLSL
 

@@ -6,7 +6,7 @@
 // use:         int index = gnomonSelect(gnomon, gl_FragCoord.z, world);
 //              gnomonSelectWindow where the depth buffer is at hand, gnomonSelectView for a pass without one.
 // cost:        four vector comparisons, no loop, no branch
-// needs:       #version 330 core
+// needs:       what gnomon_block.glsl needs
 #ifndef GNOMON_PSSM_GLSL
 #define GNOMON_PSSM_GLSL
 

@@ -3,6 +3,9 @@
 // description: the uniform block that gnomon's solver fills and its shaders read. This one text is compiled as GLSL and as
 //              C++: only mat4, vec4, uvec4, arrays and structs of them, so that std140 and C++ agree.
 // use:         #include it (or any other gnomon_*.glsl, which do); upload Solution::block; bind it to block gnomonUniforms.
+// calls:       what takes a GnomonBlock is a macro that hands members of it to a function, under the signature in its comment: passed
+//              by value, a block of 3 KB stays a copy in SPIR-V where a partition is read by index. Arguments may be evaluated more
+//              than once; block is the name of a uniform.
 // options:     GNOMON_MAX_PARTITIONS  maps a shader can hold, 1 to 16 (default 16); the array is last, so a smaller one is a prefix
 //              GNOMON_BINDING         binding of the uniform block, GLSL 420 / ES 310 and later (default: none, the host binds by name)
 //              GNOMON_NO_UNIFORM      define it to declare your own blocks, one for each light:

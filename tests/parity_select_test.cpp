@@ -81,7 +81,7 @@ TEST_P(Parity, Selection) {
 // one that is not serves nothing, rather than an index past the array.
 TEST_P(Parity, FewerPartitions) {
   Frame frame = usualFrame();
-  for (const int held : {1, 2, 3, 4, 5, 8, 9, 12, 13, 16}) {
+  for (const int held : {1, 3, 4, 8, 13}) {
     Gpu gpu(GetParam(), held);
     for (const int count : {held, std::min(held + 3, kMaxPartitions)}) {
       SCOPED_TRACE(std::to_string(count) + " maps, " + std::to_string(held) + " held");

@@ -22,7 +22,7 @@ Spirv asVulkan(const std::string& fragment) {
   return std::move(result.spirv);
 }
 
-Spirv asHlsl(const std::string& source) {
+Spirv asHlsl(const std::string& source, std::map<std::string, int>* offsets = nullptr) {
   constexpr int kDialect = 100, kShaderModel = 500;
   const auto rules = static_cast<EShMessages>(EShMsgSpvRules | EShMsgVulkanRules | EShMsgReadHlsl);
   const char* text = source.c_str();
@@ -39,6 +39,11 @@ Spirv asHlsl(const std::string& source) {
     throw std::runtime_error("HLSL: " + std::string(shader.getInfoLog()));
   program.addShader(&shader);
   if (!program.link(rules) || !program.mapIO()) throw std::runtime_error("HLSL: " + std::string(program.getInfoLog()));
+  if (offsets) {
+    program.buildReflection(EShReflectionAllBlockVariables);
+    for (int i = 0; i < program.getNumUniformVariables(); ++i)
+      if (const auto& uniform = program.getUniform(i); uniform.offset >= 0) (*offsets)[uniform.name] = uniform.offset;
+  }
   Spirv spirv;
   glslang::GlslangToSpv(*program.getIntermediate(EShLangFragment), spirv);
   return spirv;
@@ -73,6 +78,12 @@ std::string throughHlsl(const std::string& fragment) {
   options.shader_model = 50;
   compiler.set_hlsl_options(options);
   return writtenAsGlsl(asHlsl(compiler.compile()));
+}
+
+std::map<std::string, int> hlslOffsets(const std::string& text) {
+  std::map<std::string, int> offsets;
+  (void)asHlsl(text, &offsets);
+  return offsets;
 }
 
 }  // namespace gnomon::test

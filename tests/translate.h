@@ -1,6 +1,7 @@
 // translate: a fragment shader taken to another language and back, so that a driver here can run what was made of it.
 #pragma once
 
+#include <map>
 #include <string>
 
 namespace gnomon::test {
@@ -10,5 +11,8 @@ namespace gnomon::test {
 // Throws std::runtime_error with the reason.
 [[nodiscard]] std::string throughVulkan(const std::string& fragment);
 [[nodiscard]] std::string throughHlsl(const std::string& fragment);
+
+// Offsets of every member of every constant buffer of an HLSL pixel shader, by full name, as glslang's HLSL front end lays them out.
+[[nodiscard]] std::map<std::string, int> hlslOffsets(const std::string& text);
 
 }  // namespace gnomon::test

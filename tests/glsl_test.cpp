@@ -144,7 +144,7 @@ TEST(Glsl, SpirvIsValidBeforeAndAfterOptimisation) {
       const GlslResult mapped = compileGlsl(GlslStage::fragment, everything(start), target);
       ASSERT_TRUE(mapped.isFine) << version << mapped.log;
       EXPECT_EQ(validateSpirv(mapped.spirv, target), "") << version << " " << count;
-      if (!canName) continue;
+      if (!canName || count != "4") continue;
       const GlslResult named = compileGlsl(GlslStage::fragment, everything(start + "#define GNOMON_BINDING 3\n", true), target, false);
       ASSERT_TRUE(named.isFine) << version << named.log;
       EXPECT_EQ(validateSpirv(named.spirv, target), "") << version << " " << count;

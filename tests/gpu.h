@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct Dialect {
   offscreen::Profile profile = offscreen::Profile::core;
   Route route = Route::plain;
 };
+
+inline void PrintTo(const Dialect& dialect, std::ostream* out) { *out << dialect.name; }
 
 inline constexpr Dialect kDialects[] = {{"Glsl330", "330 core"},
                                         {"Glsl410", "410"},

@@ -23,6 +23,8 @@ Spirv asVulkan(const std::string& fragment) {
 }
 
 Spirv asHlsl(const std::string& source, std::map<std::string, int>* offsets = nullptr) {
+  static const bool isReady = glslang::InitializeProcess();
+  if (!isReady) throw std::runtime_error("glslang: cannot start");
   constexpr int kDialect = 100, kShaderModel = 500;
   const auto rules = static_cast<EShMessages>(EShMsgSpvRules | EShMsgVulkanRules | EShMsgReadHlsl);
   const char* text = source.c_str();

@@ -2,13 +2,13 @@
 # make test                   set up, build, run every test
 # make asan                   every test again, under the address and undefined-behaviour sanitizers
 # make docs                   headers and shaders as HTML: build/docs/html/index.html
-# make setup | build | bench | lint | clean
+# make setup | build | bench | cost | lint | clean
 
 SCENE ?=
 JOBS ?= $(shell nproc)
 GNOMON_EXTRA_DATA ?=
 
-.PHONY: run setup configure build test setup-docs asan bench docs lint clean
+.PHONY: run setup configure build test setup-docs asan bench cost docs lint clean
 
 run: build
 	build/gnomon run $(if $(SCENE),"$(SCENE)") --out out
@@ -33,6 +33,9 @@ asan: setup
 
 bench: build
 	build/gnomon_bench
+
+cost: build
+	build/gnomon_cost
 
 docs: setup-docs configure
 	cmake --build build -j $(JOBS) --target libgnomon.a

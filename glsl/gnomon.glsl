@@ -1,7 +1,7 @@
 // gnomon 0.1 - shadow-map partitions. MIT licence. https://opensource.org/licenses/MIT
 //
 // description: everything a fragment shader needs, in one include; gnomon_cast.glsl is for the shadow pass.
-// needs:       #version 330 core
+// needs:       what gnomon_block.glsl needs
 #ifndef GNOMON_GLSL
 #define GNOMON_GLSL
 

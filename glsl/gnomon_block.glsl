@@ -3,11 +3,16 @@
 // description: the uniform block that gnomon's solver fills and its shaders read. This one text is compiled as GLSL and as
 //              C++: only mat4, vec4, uvec4, arrays and structs of them, so that std140 and C++ agree.
 // use:         #include it (or any other gnomon_*.glsl, which do); upload Solution::block; bind it to block gnomonUniforms.
+// calls:       what takes a GnomonBlock is a macro that hands members of it to a function, under the signature in its comment: passed
+//              by value, a block of 3 KB stays a copy in SPIR-V where a partition is read by index. Arguments may be evaluated more
+//              than once; block is the name of a uniform.
 // options:     GNOMON_MAX_PARTITIONS  maps a shader can hold, 1 to 16 (default 16); the array is last, so a smaller one is a prefix
 //              GNOMON_BINDING         binding of the uniform block, GLSL 420 / ES 310 and later (default: none, the host binds by name)
 //              GNOMON_NO_UNIFORM      define it to declare your own blocks, one for each light:
 //                                     layout(std140) uniform Sun { GnomonBlock sun; };
-// needs:       #version 330 core
+// needs:       #version 330 core to 460, 300 es to 320 es, or Vulkan GLSL. Positions and depths need 32 bits, so this file says
+//              precision highp float and int: in ES they are the default from here on; a host that wants less for its own code says
+//              so after its includes and its hook.
 //
 // Spaces: "world" below is world - origin (the camera's position unless the solver was asked for world space).
 #ifndef GNOMON_BLOCK_GLSL
@@ -17,6 +22,11 @@
 #define GNOMON_MAX_PARTITIONS 16
 #endif
 #define GNOMON_LAYOUT_VERSION 2
+
+#ifndef __cplusplus
+precision highp float;  // no effect but in ES
+precision highp int;
+#endif
 
 #define GNOMON_FLAG_VIEW_DEPTH 1u   // window depth cannot tell the splits apart: select by view depth
 #define GNOMON_FLAG_DEPTH_CLAMP 2u  // casters before the depth range must be clamped onto it

@@ -5,15 +5,15 @@
 //              index, or -1 where nothing needs a shadow (before, between or after the partitions).
 // use:         int index = gnomonSelect(gnomon, gl_FragCoord.z, world);
 //              gnomonSelectWindow where the depth buffer is at hand, gnomonSelectView for a pass without one.
-// cost:        four vector comparisons, no loop, no branch
-// needs:       #version 330 core
+// cost:        a vector comparison for each four of GNOMON_MAX_PARTITIONS, one read by index; no loop
+// needs:       what gnomon_block.glsl needs
 #ifndef GNOMON_PSSM_GLSL
 #define GNOMON_PSSM_GLSL
 
 #include "gnomon_block.glsl"
 
 // Starts never fall, so the partitions that have begun are the first ones: count them.
-int gnomonImplSelect(vec4 starts[4], float depth) {
+int gnomonImplBegun(vec4 starts[4], float depth) {
   vec4 begun = step(starts[0], vec4(depth));
 #if GNOMON_MAX_PARTITIONS > 4
   begun += step(starts[1], vec4(depth));
@@ -27,29 +27,30 @@ int gnomonImplSelect(vec4 starts[4], float depth) {
   return int(dot(begun, vec4(1.0))) - 1;
 }
 
-// The index where it is one of this shader's partitions and has not ended, else -1. end: that partition's.
-int gnomonImplServed(int index, float depth, float end) { return index >= 0 && index < GNOMON_MAX_PARTITIONS && depth <= end ? index : -1; }
-
-// windowDepth: gl_FragCoord.z, or a texel of the camera's depth buffer, 0 to 1.
-int gnomonSelectWindow(GnomonBlock block, float windowDepth) {
-  float depth = windowDepth * block.depthRule.x;
-  int index = gnomonImplSelect(block.windowStart, depth);
-  return gnomonImplServed(index, depth, block.partitions[clamp(index, 0, GNOMON_MAX_PARTITIONS - 1)].interval.w);
+// The last partition that has begun, where it is one of this shader's and has not ended, else -1. end: that partition's.
+int gnomonImplServed(vec4 starts[4], float depth, float end) {
+  int index = gnomonImplBegun(starts, depth);
+  return index >= 0 && index < GNOMON_MAX_PARTITIONS && depth <= end ? index : -1;
 }
 
-// viewDepth: distance along the view direction (gnomonViewDepth).
-int gnomonSelectView(GnomonBlock block, float viewDepth) {
-  int index = gnomonImplSelect(block.viewStart, viewDepth);
-  return gnomonImplServed(index, viewDepth, block.partitions[clamp(index, 0, GNOMON_MAX_PARTITIONS - 1)].interval.y);
-}
+#define GNOMON_IMPL_LAST(starts, depth) clamp(gnomonImplBegun(starts, depth), 0, GNOMON_MAX_PARTITIONS - 1)
 
 // View depth of a point. world: world - origin.
-float gnomonViewDepth(GnomonBlock block, vec3 world) { return dot(block.viewPlane.xyz, world) + block.viewPlane.w; }
+//   float gnomonViewDepth(GnomonBlock block, vec3 world)
+float gnomonImplViewDepth(vec4 viewPlane, vec3 world) { return dot(viewPlane.xyz, world) + viewPlane.w; }
+#define gnomonViewDepth(block, world) gnomonImplViewDepth(block.viewPlane, world)
+
+// windowDepth: gl_FragCoord.z, or a texel of the camera's depth buffer, 0 to 1.
+//   int gnomonSelectWindow(GnomonBlock block, float windowDepth)
+#define GNOMON_IMPL_WINDOW(block, depth) gnomonImplServed(block.windowStart, depth, block.partitions[GNOMON_IMPL_LAST(block.windowStart, depth)].interval.w)
+#define gnomonSelectWindow(block, windowDepth) GNOMON_IMPL_WINDOW(block, ((windowDepth) * block.depthRule.x))
+
+// viewDepth: distance along the view direction (gnomonViewDepth).
+//   int gnomonSelectView(GnomonBlock block, float viewDepth)
+#define gnomonSelectView(block, viewDepth) gnomonImplServed(block.viewStart, viewDepth, block.partitions[GNOMON_IMPL_LAST(block.viewStart, viewDepth)].interval.y)
 
 // By window depth unless the camera's depth buffer cannot tell the splits apart.
-int gnomonSelect(GnomonBlock block, float windowDepth, vec3 world) {
-  if ((block.info.y & GNOMON_FLAG_VIEW_DEPTH) != 0u) return gnomonSelectView(block, gnomonViewDepth(block, world));
-  return gnomonSelectWindow(block, windowDepth);
-}
+//   int gnomonSelect(GnomonBlock block, float windowDepth, vec3 world)
+#define gnomonSelect(block, windowDepth, world) ((block.info.y & GNOMON_FLAG_VIEW_DEPTH) != 0u ? gnomonSelectView(block, gnomonViewDepth(block, world)) : gnomonSelectWindow(block, windowDepth))
 
 #endif

@@ -12,8 +12,9 @@ Backend defaultBackend() {
   throw std::runtime_error("GNOMON_CONTEXT: must be osmesa or egl, got " + std::string(word));
 }
 
-std::unique_ptr<Context> createContext(Backend backend, int major, int minor) {
-  auto context = backend == Backend::egl ? createEglContext(major, minor) : createOsmesaContext(major, minor);
+std::unique_ptr<Context> createContext(Backend backend, int major, int minor, Profile profile) {
+  if (backend == Backend::osmesa && profile == Profile::es) throw std::runtime_error("OSMesa: no OpenGL ES contexts");
+  auto context = backend == Backend::egl ? createEglContext(major, minor, profile) : createOsmesaContext(major, minor);
   context->makeCurrent();
   return context;
 }

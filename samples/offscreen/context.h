@@ -7,6 +7,7 @@
 namespace gnomon::offscreen {
 
 enum class Backend { osmesa, egl };
+enum class Profile { core, es };  // OpenGL core profile, or OpenGL ES: EGL alone has it
 
 class Context {
  public:
@@ -20,11 +21,11 @@ class Context {
 // OSMesa, or what the environment variable GNOMON_CONTEXT says (osmesa, egl). Throws std::runtime_error for any other word.
 [[nodiscard]] Backend defaultBackend();
 
-// A core profile of at least this version, made current. Throws std::runtime_error with the reason.
-[[nodiscard]] std::unique_ptr<Context> createContext(Backend backend, int major, int minor);
+// A context of at least this version, made current. Throws std::runtime_error with the reason.
+[[nodiscard]] std::unique_ptr<Context> createContext(Backend backend, int major, int minor, Profile profile = Profile::core);
 
 // One for each implementation file, which alone includes its API's headers.
 [[nodiscard]] std::unique_ptr<Context> createOsmesaContext(int major, int minor);
-[[nodiscard]] std::unique_ptr<Context> createEglContext(int major, int minor);
+[[nodiscard]] std::unique_ptr<Context> createEglContext(int major, int minor, Profile profile);
 
 }  // namespace gnomon::offscreen

@@ -1,17 +1,17 @@
 #include "shader.h"
 
-#include <algorithm>
 #include <fstream>
 #include <sstream>
 
 namespace gnomon::offscreen {
 namespace {
 
-// Each part begins with "#line 1 NUMBER // NAME" and ends with one that returns to the part around it: drivers refuse names there,
-// so withNames() puts them into the log.
-void expand(const std::string& source, std::size_t part, std::vector<std::string>& seen, std::string& out) {
+// Each #include line becomes that file's flat text, between "#line 1 NUMBER // NAME" and a line that returns to the source: drivers
+// refuse names there, so withNames() puts them into the log.
+std::string withIncludes(const std::string& source) {
+  std::string out;
   std::istringstream lines(source);
-  std::size_t number = 0;
+  std::size_t number = 0, parts = 0;
   for (std::string line; std::getline(lines, line);) {
     ++number;
     if (line.rfind("#include", 0) != 0) {
@@ -19,25 +19,17 @@ void expand(const std::string& source, std::size_t part, std::vector<std::string
       continue;
     }
     const std::size_t from = line.find('"') + 1;
-    const std::string name = line.substr(from, line.find('"', from) - from);
-    const std::string back = "#line " + std::to_string(number + 1) + " " + std::to_string(part) + "\n";
-    if (std::find(seen.begin(), seen.end(), name) != seen.end()) {
-      out += '\n';
-      continue;
-    }
-    seen.push_back(name);
-    std::ifstream file(std::string(GNOMON_GLSL_DIR) + "/" + name);
-    if (!file) throw std::runtime_error(std::string(GNOMON_GLSL_DIR) + "/" + name + ": cannot be read");
+    const std::string name = line.substr(from, line.find('"', from) - from), path = std::string(GNOMON_FLAT_DIR) + "/" + name;
+    std::ifstream file(path);
+    if (!file) throw std::runtime_error(path + ": cannot be read");
     std::ostringstream text;
     text << file.rdbuf();
-    const std::size_t own = seen.size();  // 0 is the source itself
-    out += "#line 1 " + std::to_string(own) + " // " + name + "\n";
-    expand(text.str(), own, seen, out);
-    out += back;
+    out += "#line 1 " + std::to_string(++parts) + " // flat/" + name + "\n" + text.str() + "#line " + std::to_string(number + 1) + " 0\n";
   }
+  return out;
 }
 
-// A driver's log with file names for the numbers of an expanded source: "2:34(5): error" becomes "gnomon_cast.glsl:34(5): error".
+// A driver's log with file names for the numbers in a source: "2:34(5): error" becomes "flat/gnomon_cast.glsl:34(5): error".
 std::string withNames(const std::string& log, const std::string& source) {
   std::vector<std::string> names{"source"};
   std::istringstream lines(source);
@@ -56,19 +48,12 @@ std::string withNames(const std::string& log, const std::string& source) {
 
 }  // namespace
 
-std::string expandIncludes(const std::string& source) {
-  std::vector<std::string> seen;
-  std::string out;
-  expand(source, 0, seen, out);
-  return out;
-}
-
 GLuint buildProgram(const std::string& version, const std::vector<std::pair<GLenum, std::string>>& stages) {
   constexpr GLsizei kLogBytes = 8192;
   char log[kLogBytes] = {};
   const GLuint program = gl::CreateProgram();
   for (const auto& [type, source] : stages) {
-    const std::string text = "#version " + version + "\n#line 1 0\n" + expandIncludes(source);
+    const std::string text = "#version " + version + "\n#line 1 0\n" + withIncludes(source);
     const char* pointer = text.c_str();
     const GLuint shader = gl::CreateShader(type);
     gl::ShaderSource(shader, 1, &pointer, nullptr);

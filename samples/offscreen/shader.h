@@ -9,12 +9,9 @@
 
 namespace gnomon::offscreen {
 
-// Replaces each #include "name" by that file of glsl/ (each file once, as its guard would have it). Throws std::runtime_error
-// where a file is missing.
-[[nodiscard]] std::string expandIncludes(const std::string& source);
-
 // Compiles and links; each stage is a type (GL_VERTEX_SHADER, ...) and a source without its #version line, which `version` gives
-// ("330 core"). Throws std::runtime_error with the driver's log. The caller deletes the program.
+// ("330 core"); #include "name" takes the flat text of one of the product's files. Throws std::runtime_error with the driver's log. The
+// caller deletes the program.
 [[nodiscard]] GLuint buildProgram(const std::string& version, const std::vector<std::pair<GLenum, std::string>>& stages);
 
 }  // namespace gnomon::offscreen

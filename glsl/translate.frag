@@ -1,0 +1,27 @@
+#version 450
+// A fragment shader that calls every function of the includes: what the build translates to HLSL and MSL, and what the tests compile in
+// every dialect.
+#extension GL_GOOGLE_include_directive : enable
+#define GNOMON_BINDING 0
+#include "gnomon.glsl"
+#include "gnomon_cast.glsl"
+layout(binding = 1) uniform highp sampler2DArrayShadow shadowMaps;
+layout(location = 0) in vec3 world;
+layout(location = 1) in vec3 normal;
+layout(location = 0) out vec4 colour;
+
+float gnomonCompare(int map, vec2 uv, float layer, float depth) { return texture(shadowMaps, vec4(uv, layer, depth)); }
+
+void main() {
+  float viewDepth = gnomonViewDepth(gnomon, world);
+  int index = gnomonSelect(gnomon, gl_FragCoord.z, world);
+  index = max(index, gnomonSelectView(gnomon, viewDepth) + gnomonSelectWindow(gnomon, gl_FragCoord.z));
+  float lit = gnomonShadow(gnomon, 0, index, world, normal) + gnomonShadow3x3(gnomon, 0, index, world, normal) +
+              gnomonShadowTent(gnomon, 1, index, world, normal);
+  vec3 edgeS, edgeT;
+  gnomonTexelEdges(gnomon, 0, world, edgeS, edgeT);
+  lit += gnomonAtlas(gnomon, 0, gnomonBias(gnomon, 0, world, normal, 0.5)).z + dot(edgeS, edgeT);
+  vec4 position = gnomonCastAtlas(gnomon, 0, world) + gnomonCastFlat(gnomonCastPosition(gnomon, 0, world)) + gnomonCastClip(gnomon, 0, world);
+  float depth = gnomonCastDepth(gnomonCastWindowDepth(gnomon, 0, world)) + float(gnomonCastLayer(gnomon, 0));
+  colour = position + vec4(gnomonTint(index) * mix(1.0, lit, gnomonFade(gnomon, viewDepth)), gnomonGrid(gnomon, index, world) + depth);
+}

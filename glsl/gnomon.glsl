@@ -8,5 +8,6 @@
 #include "gnomon_block.glsl"
 #include "gnomon_pssm.glsl"
 #include "gnomon_lookup.glsl"
+#include "gnomon_blend.glsl"
 
 #endif

@@ -77,7 +77,7 @@ glm::dmat4 atlasMatrix(const Frame& frame, const glm::dmat4& clipFromWorld, cons
 bool writeBlock(const Frame& frame, const Region& region, const LightSpace& light, const Splits& slices, bool byViewDepth,
                 const glm::dmat4* clipFromWorld, Solution& solution) noexcept {
   GnomonBlock& block = solution.block;
-  const Camera& camera = frame.camera;
+  const Camera& camera = region.camera;
   const int count = solution.partitionCount;
   clearBlock(block);
   const auto flags = (byViewDepth ? GNOMON_FLAG_VIEW_DEPTH : 0u) | (solution.depthClamp ? GNOMON_FLAG_DEPTH_CLAMP : 0u);
@@ -117,7 +117,9 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
     out.interval = vec4(glm::dvec4(viewNear, viewFar, windowNear, windowFar));
     block.viewStart[i / 4][i % 4] = static_cast<float>(viewNear);
     block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
-    out.layer = vec4(static_cast<float>(map.layer), 0.0f, 0.0f, 0.0f);
+    // The band that padSlice gave the next map; one too short for float32 is none.
+    const double blend = hasAfter ? frame.margin.blend * (slice.far - slice.near) : 0.0, perBand = blend > 0.0 ? 1.0 / blend : 0.0;
+    out.layer = vec4(glm::dvec4(map.layer, slice.far - blend, perBand < kNever ? perBand : 0.0, 0.0));
     isFine = isFine && isFinite(out.clipFromWorld) && std::isfinite(map.error.extent);  // atlasFromWorld's numbers are no larger
   }
   return isFine;

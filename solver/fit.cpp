@@ -115,7 +115,7 @@ double farthestReach(const Region& region, const DepthSpan& slab) noexcept {
   const double z = std::max(std::abs(slab.near), std::abs(slab.far)), k = camera.projection == Projection::perspective ? z : 1.0;
   const double x = k * std::max(std::abs(camera.left), std::abs(camera.right)),
                y = k * std::max(std::abs(camera.down), std::abs(camera.up));
-  return std::sqrt(x * x + y * y + z * z);
+  return std::min(std::sqrt(x * x + y * y + z * z), region.reach);
 }
 
 // Extent of the hull along an axis.
@@ -256,7 +256,7 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   if (!(inner.x >= 1.0 && inner.y >= 1.0) && !(margin == 0.0 && !isStable)) return Status::marginTexels;
   // World-space input is as large as the world position; its rounding is part of the map's.
   const double worldReach = frame.worldSpace ? footprint.reach + std::sqrt(glm::dot(region.eyeWs, region.eyeWs)) : 0.0;
-  const double rounding = kFloatRounding * std::max(footprint.reach, worldReach);
+  const double rounding = kFloatRounding * std::max(footprint.reach, worldReach) + region.unevenness;
   glm::dvec2 texel;
   if (isStable) {
     // Rounding by a bound that depends on the projection alone, so that the size does.

@@ -30,9 +30,16 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   MapFit fits[kMaxPartitions];
   double pixels[kMaxPartitions];
   makeFootprints(region, light, splits, frame.margin, byViewDepth, footprints);
-  for (int i = 0; i < splits.count; ++i) {
+  for (int i = 0, m = 0; i < splits.count; ++i) {
     pixels[i] = pixelWidth(frame.camera, frame.image, nearestIn(region, splits.slices[i]));
-    fits[i] = fitSlice(region, footprints[i], mode, pixels[i]);
+    MapFit& fit = fits[i];
+    fit = fitSlice(region, footprints[i], mode, pixels[i]);
+    if (footprints[i].count == 0) continue;
+    const double motion = frame.margin.motion[m++];
+    fit.least -= motion;
+    fit.size += 2.0 * motion;
+    fit.depthNear -= motion;
+    fit.depthFar += motion;
   }
   Atlas atlas;
   if (const Status status = packAtlas(frame, fits, splits.count, atlas); status != Status::ok) return status;
@@ -62,7 +69,7 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
     map.clipFromWorld = glm::mat4(clipFromWorld[m]);
     map.error = certify(texelSize(map.clipFromWorld, map.viewport, light.directionWs), pixels[i]);
     const double texel = std::max(fit.size.x / map.viewport.z, fit.size.y / map.viewport.w);
-    const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset);
+    const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset) + region.unevenness + frame.margin.motion[m];
     map.cullPlaneCount = makeCullPlanes(region, light, footprints[i], capsWs, grow, map.cullPlanes);
     solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
     solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;

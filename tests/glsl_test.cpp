@@ -11,7 +11,8 @@
 namespace gnomon::test {
 namespace {
 
-const std::vector<std::string> kIncludes{"gnomon.glsl", "gnomon_block.glsl", "gnomon_cast.glsl", "gnomon_lookup.glsl", "gnomon_pssm.glsl"};
+const std::vector<std::string> kIncludes{"gnomon.glsl",      "gnomon_blend.glsl",  "gnomon_block.glsl",
+                                         "gnomon_cast.glsl", "gnomon_lookup.glsl", "gnomon_pssm.glsl"};
 const char* const kHook = "float gnomonCompare(int map, vec2 uv, float layer, float depth) { return depth <= uv.x ? 1.0 : 0.0; }\n";
 
 std::string read(const std::string& name) {
@@ -37,6 +38,7 @@ void main() {
   int index = gnomonSelect(gnomon, gl_FragCoord.z, world);
   float viewDepth = gnomonViewDepth(gnomon, world);
   index = max(index, gnomonSelectView(gnomon, viewDepth) + gnomonSelectWindow(gnomon, gl_FragCoord.z));
+  index = gnomonBlendDither(index, gnomonBlendWeight(gnomon, index, viewDepth), gl_FragCoord.xy);
   float lit = gnomonShadow(gnomon, 0, index, world, normal) + gnomonShadow3x3(gnomon, 0, index, world, normal) + gnomonShadowTent(gnomon, 1, index, world, normal);
   vec4 position = gnomonCastAtlas(gnomon, 0, world) + gnomonCastFlat(gnomonCastPosition(gnomon, 0, world)) + gnomonCastClip(gnomon, 0, world);
   float depth = gnomonCastDepth(gnomonCastWindowDepth(gnomon, 0, world)) + float(gnomonCastLayer(gnomon, 0));

@@ -263,7 +263,7 @@ const char* const kForward = R"(
 in vec3 world, normal;
 void main() {
   int index = gnomonSelect(gnomon, gl_FragCoord.z, world);
-  first = vec4(gnomonShadow(gnomon, 0, index, world, normal), litSmoothly(index, world, normal), litAt(world + vec3(0.0, 0.4, 0.0)), float(index));
+  first = vec4(gnomonShadow(gnomon, 0, index, world, normal), litSmoothly(index, world, normal), litAt(0.9 * world), float(index));
   second = vec4(normal, gnomonViewDepth(gnomon, world));
 }
 )";
@@ -309,8 +309,9 @@ void main() {
       ASSERT_NEAR(first.y, 1.0 - fade * (1.0 - static_cast<double>(first.x)), 1e-3) << z;
     }
     const double x = (static_cast<double>(i % kWidth) + 0.5) / kWidth, y = (static_cast<double>(i / kWidth) + 0.5) / kHeight;
-    const glm::dvec3 fog = frame_.camera.positionWs + gnomon::test::viewPoint(frame_.camera, x, y, z) + glm::dvec3(0.0, 0.4, 0.0);
-    if (z > 55.0) continue;  // a raised point may lie past the shadowed range
+    const glm::dvec3 fog =
+        frame_.camera.positionWs + gnomon::test::viewPoint(frame_.camera, x, y, 0.9 * z);  // in the air before the surface
+    if (0.9 * z < near) continue;
     ++fogSeen;
     fogWrong += (first.z == 0.0f) != isShadowed(fog, sun_);
   }

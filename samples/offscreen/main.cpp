@@ -1,10 +1,7 @@
 // offscreen: draws the README's picture. Matrices in, block out; shadow maps drawn into one atlas; one lookup for each pixel.
 //
 // Plain OpenGL 3.3, without a window. Scene, context and files come from the folder's library; everything that concerns shadows is here.
-#include <algorithm>
 #include <cstdio>
-#include <memory>
-#include <vector>
 
 #include <glm/ext/matrix_clip_space.hpp>
 #include <glm/ext/matrix_transform.hpp>
@@ -18,7 +15,6 @@
 namespace {
 
 using namespace gnomon::offscreen;
-
 constexpr int kWidth = 1280, kHeight = 720;
 constexpr const char* kCastVertex = R"(
 #include "gnomon_cast.glsl"
@@ -49,9 +45,7 @@ void main() {
   float lit = gnomonShadow(gnomon, 0, gnomonSelect(gnomon, gl_FragCoord.z, world), world, face);
   vec3 sky = mix(vec3(0.2, 0.19, 0.18), vec3(0.24, 0.33, 0.5), 0.5 + 0.5 * face.y);
   float sun = 0.85 * lit * max(dot(face, -gnomon.lightDirection.xyz), 0.0);
-  float distance = gnomonViewDepth(gnomon, world) / gnomon.depthRule.z;
-  vec3 c = mix(0.78 * (0.75 * sky + sun * vec3(1.0, 0.93, 0.8)), vec3(0.62, 0.7, 0.8), 0.35 * distance * distance);
-  colour = vec4(pow(c, vec3(1.0 / 2.2)), 1.0);
+  colour = vec4(pow(0.78 * (0.75 * sky + sun * vec3(1.0, 0.93, 0.8)), vec3(1.0 / 2.2)), 1.0);
 }
 )";
 
@@ -60,8 +54,6 @@ void main() {
 int main(int argc, char** argv) {
   const BuiltIn scene = makeBuiltIn("city");
   const View& view = scene.views[0];
-
-  // What an engine holds.
   const glm::dvec3 eye = view.cam.positionWs, ahead = view.cam.forwardWs, up(0.0, 1.0, 0.0);
   const glm::dmat4 clipFromView = glm::perspective(glm::radians(60.0), 16.0 / 9.0, view.cam.near, view.cam.far);
 
@@ -79,7 +71,6 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s %s\n", gnomon::statusField(status), gnomon::statusRule(status));
     return 1;
   }
-
   const std::unique_ptr<Context> context = createContext(defaultBackend(), 3, 3);
   gl::load(*context);
 
@@ -102,7 +93,6 @@ int main(int argc, char** argv) {
     gl::VertexAttribPointer(i, 3, GL_FLOAT, GL_FALSE, 2 * sizeof(glm::vec3), reinterpret_cast<const void*>(i * sizeof(glm::vec3)));
   }
   const auto draw = [&] { gl::DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(vertices.size() / 2)); };
-
   // The block, and the two programs that read it.
   gl::BindBuffer(GL_UNIFORM_BUFFER, buffers[1]);
   gl::BufferData(GL_UNIFORM_BUFFER, sizeof solution.block, &solution.block, GL_DYNAMIC_DRAW);
@@ -132,7 +122,7 @@ int main(int argc, char** argv) {
   if (solution.depthClamp) gl::Enable(GL_DEPTH_CLAMP);
   gl::Clear(GL_DEPTH_BUFFER_BIT);
   gl::UseProgram(cast);
-  for (int i = 0; i < solution.partitionCount; ++i) {  // one mesh: every map draws it whole, without a scissor since triangles are clipped
+  for (int i = 0; i < solution.partitionCount; ++i) {  // one mesh: every map draws it whole
     const glm::ivec4& viewport = solution.partitions[i].viewport;
     gl::Viewport(viewport.x, viewport.y, viewport.z, viewport.w);
     gl::Uniform1i(gl::GetUniformLocation(cast, "index"), i);
@@ -143,17 +133,16 @@ int main(int argc, char** argv) {
   // The view.
   gl::BindFramebuffer(GL_FRAMEBUFFER, targets[1]);
   gl::Viewport(0, 0, kWidth, kHeight);
-  const float sky[] = {0.68f, 0.78f, 0.9f, 1.0f};
-  gl::ClearBufferfv(GL_COLOR, 0, sky);
   gl::Clear(GL_DEPTH_BUFFER_BIT);
+  gl::ClearBufferfv(GL_COLOR, 0, &glm::vec4(0.68f, 0.78f, 0.9f, 1.0f)[0]);
   gl::UseProgram(shade);
   const glm::mat4 clipFromWorld(clipFromView * glm::lookAt(eye - solution.originWs, eye - solution.originWs + ahead, up));
   gl::UniformMatrix4fv(gl::GetUniformLocation(shade, "clipFromWorld"), 1, GL_FALSE, &clipFromWorld[0][0]);
   draw();
 
-  std::vector<std::uint8_t> pixels(4 * kWidth * kHeight), rows;
-  gl::ReadPixels(0, 0, kWidth, kHeight, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
-  for (int y = kHeight; y-- > 0;) rows.insert(rows.end(), pixels.begin() + 4 * kWidth * y, pixels.begin() + 4 * kWidth * (y + 1));
-  writePng(argc > 1 ? argv[1] : "picture.png", kWidth, kHeight, 4, rows);
+  std::vector<std::uint8_t> pixels(3 * kWidth * kHeight), rows;
+  gl::ReadPixels(0, 0, kWidth, kHeight, GL_RGB, GL_UNSIGNED_BYTE, pixels.data());
+  for (int y = kHeight; y-- > 0;) rows.insert(rows.end(), pixels.begin() + 3 * kWidth * y, pixels.begin() + 3 * kWidth * (y + 1));
+  writePng(argc > 1 ? argv[1] : "picture.png", kWidth, kHeight, 3, rows);
   return gl::GetError() == GL_NO_ERROR ? 0 : 1;
 }

@@ -16,6 +16,14 @@ double nearestIn(const Region& region, const DepthSpan& slice) noexcept {
   return slice.near;
 }
 
+// Room on every side, in world units.
+void giveRoom(double motion, MapFit& fit) noexcept {
+  fit.least -= motion;
+  fit.size += 2.0 * motion;
+  fit.depthNear -= motion;
+  fit.depthFar += motion;
+}
+
 }  // namespace
 
 Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, FitMode mode,
@@ -30,17 +38,12 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   MapFit fits[kMaxPartitions];
   double pixels[kMaxPartitions];
   makeFootprints(region, light, splits, frame.margin, byViewDepth, footprints);
-  for (int i = 0, m = 0; i < splits.count; ++i) {
+  for (int i = 0; i < splits.count; ++i) {
     pixels[i] = pixelWidth(frame.camera, frame.image, nearestIn(region, splits.slices[i]));
-    MapFit& fit = fits[i];
-    fit = fitSlice(region, footprints[i], mode, pixels[i]);
-    if (footprints[i].count == 0) continue;
-    const double motion = frame.margin.motion[m++];
-    fit.least -= motion;
-    fit.size += 2.0 * motion;
-    fit.depthNear -= motion;
-    fit.depthFar += motion;
+    fits[i] = fitSlice(region, footprints[i], mode, pixels[i]);
   }
+  for (int i = 0, m = 0; i < splits.count; ++i)
+    if (footprints[i].count > 0) giveRoom(frame.margin.motion[m++], fits[i]);
   Atlas atlas;
   if (const Status status = packAtlas(frame, fits, splits.count, atlas); status != Status::ok) return status;
 

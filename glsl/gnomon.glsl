@@ -9,5 +9,6 @@
 #include "gnomon_pssm.glsl"
 #include "gnomon_lloyd.glsl"
 #include "gnomon_lookup.glsl"
+#include "gnomon_blend.glsl"
 
 #endif

@@ -37,7 +37,8 @@ struct GnomonPartition {
   vec4 viewport;        // x, y, width, height, in texels of the atlas; rows counted from v = 0
   vec4 uvBounds;        // least u, least v, greatest u, greatest v of the viewport
   vec4 interval;        // xy: view depth served; zw: window depth times depthRule.x served; padded where no partition adjoins
-  vec4 layer;           // x: layer of an array texture, 0 in an atlas; yzw: 0
+  vec4 layer;           // x: layer of an array texture, 0 in an atlas; y: view depth from which the next partition's map serves
+                        // too, z: 1 / the length of that band, 0 where there is none; w: 0
   vec4 axis;            // what gnomon_lloyd.glsl selects along: dot(xyz, p) + w of a world point p; view depth where no faces are used
   vec4 left;            // half-spaces served, dot(xyz, p) + w >= 0: sides of a face's wedge; (0, 0, 0, 1) where there is none
   vec4 right;

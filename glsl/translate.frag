@@ -16,7 +16,9 @@ void main() {
   float viewDepth = gnomonViewDepth(gnomon, world);
   int index = gnomonSelect(gnomon, gl_FragCoord.z, world);
   index = max(index, gnomonSelectView(gnomon, viewDepth) + gnomonSelectWindow(gnomon, gl_FragCoord.z));
-  float lit = gnomonShadow(gnomon, 0, index, world, normal) + gnomonShadow3x3(gnomon, 0, index, world, normal) +
+  index = gnomonBlendDither(index, gnomonBlendWeight(gnomon, index, viewDepth), gl_FragCoord.xy) + gnomonSelectMask(gnomon, world);
+  vec4 masked = gnomonMaskCoordinate(gnomonMask4(gnomon, 4, world), gnomonMaskPosition(gnomon, 0, world), world.xyzx, world.yyzx, world.zyzx);
+  float lit = masked.x + gnomonShadow(gnomon, 0, index, world, normal) + gnomonShadow3x3(gnomon, 0, index, world, normal) +
               gnomonShadowTent(gnomon, 1, index, world, normal);
   vec3 edgeS, edgeT;
   gnomonTexelEdges(gnomon, 0, world, edgeS, edgeT);

@@ -58,7 +58,7 @@ double windowQuantum(const Camera& camera, double viewDepth) noexcept {
 
 // What a slice serves. Where no partition adjoins, the interval is widened by what float32 depth may confuse: half-open ends need a
 // neighbour. sign: the depth rule's.
-void writeInterval(const Splits& slices, int i, int count, const Camera& camera, double sign, GnomonBlock& block) noexcept {
+void writeInterval(const Splits& slices, int i, int count, const Camera& camera, double sign, double blend, GnomonBlock& block) noexcept {
   GnomonPartition& out = block.partitions[i];
   const DepthSpan& slice = slices.slices[i];
   const bool hasBefore = i > 0 && slices.slices[i - 1].far == slice.near,
@@ -72,6 +72,10 @@ void writeInterval(const Splits& slices, int i, int count, const Camera& camera,
   block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
   out.axis = block.viewPlane;
   out.left = out.right = vec4(0.0f, 0.0f, 0.0f, 1.0f);
+  // The band that padSlice gave the next map; one too short for float32 is none.
+  const double band = hasAfter ? blend * (slice.far - slice.near) : 0.0, perBand = band > 0.0 ? 1.0 / band : 0.0;
+  out.layer.y = static_cast<float>(slice.far - band);
+  out.layer.z = perBand < kNever ? static_cast<float>(perBand) : 0.0f;
   const auto end = static_cast<float>(viewFar);
   out.range = vec4(static_cast<float>(viewNear), hasAfter ? end : std::nextafter(end, kNever), 0.0f, 0.0f);  // the last is closed
 }
@@ -116,7 +120,7 @@ glm::dmat4 atlasMatrix(const Frame& frame, const glm::dmat4& clipFromWorld, cons
 bool writeBlock(const Frame& frame, const Region& region, const LightSpace& light, const Splits& slices, bool byViewDepth,
                 const glm::dmat4* clipFromWorld, Solution& solution) noexcept {
   GnomonBlock& block = solution.block;
-  const Camera& camera = frame.camera;
+  const Camera& camera = region.camera;
   const int count = solution.partitionCount;
   clearBlock(block);
   const auto flags = (byViewDepth ? GNOMON_FLAG_VIEW_DEPTH : 0u) | (solution.depthClamp ? GNOMON_FLAG_DEPTH_CLAMP : 0u);
@@ -150,7 +154,7 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
       writeWedge(region, slices.wedges[i], solution.originWs, out);
       isFine = isFine && isVectorFinite(out.axis) && isVectorFinite(out.left) && isVectorFinite(out.right);
     } else {
-      writeInterval(slices, i, count, camera, sign, block);
+      writeInterval(slices, i, count, camera, sign, frame.margin.blend, block);
     }
     isFine = isFine && isFiniteMatrix(out.clipFromWorld) && std::isfinite(map.error.extent);  // atlasFromWorld's numbers are no larger
   }

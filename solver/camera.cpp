@@ -21,6 +21,12 @@ Camera make(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm
   return camera;
 }
 
+// Columns: right, up, forward.
+glm::dmat3 axesOf(const Camera& camera) noexcept {
+  const glm::dvec3 forward = unit(camera.forwardWs), right = unit(glm::cross(forward, unit(camera.upWs)));
+  return {right, glm::cross(right, forward), forward};
+}
+
 }  // namespace
 
 Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double fovY, double aspect,
@@ -102,6 +108,45 @@ Status cameraFromMatrices(const glm::dmat4& viewFromWorld, const glm::dmat4& cli
   out.shadowDistance = camera.shadowDistance;
   camera = out;
   return Status::ok;
+}
+
+void enclose(std::span<const Camera> cameras, const Camera& axis, glm::dvec3 (&cornersWs)[8]) noexcept {
+  const glm::dmat3 worldFromView = axesOf(axis);
+  const std::size_t count = 8 * cameras.size();
+  const auto corner = [&](std::size_t i) {  // in the view space of `axis`
+    const Camera& camera = cameras[i / 8];
+    const double z = (i & 4) ? shadowFar(camera) : camera.near, k = camera.projection == Projection::perspective ? z : 1.0;
+    const glm::dvec3 own(((i & 1) ? camera.right : -camera.left) * k, ((i & 2) ? camera.up : -camera.down) * k, z);
+    return (axesOf(camera) * own + (camera.positionWs - axis.positionWs)) * worldFromView;
+  };
+  double near = kInfinity, far = -kInfinity;
+  for (std::size_t i = 0; i < count; ++i) {
+    near = std::min(near, corner(i).z);
+    far = std::max(far, corner(i).z);
+  }
+  const double middle = (near + far) / 2.0;
+  for (int side = 0; side < 4; ++side) {  // left, right, down, up
+    const int across = side / 2;
+    const double sign = side % 2 ? -1.0 : 1.0;  // as if each were the left side
+    double least = kInfinity, slope = 0.0, offset = kInfinity;
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t j = 0; j < count; ++j) {
+        const glm::dvec3 p = corner(i), q = corner(j);
+        if (!(p.z <= middle && q.z > middle)) continue;
+        const double perDepth = sign * (q[across] - p[across]) / (q.z - p.z), x = sign * p[across] + perDepth * (middle - p.z);
+        if (x < least) {  // the hull's edge half-way in depth
+          least = x;
+          slope = perDepth;
+        }
+      }
+    for (std::size_t i = 0; i < count; ++i) offset = std::min(offset, sign * corner(i)[across] - slope * corner(i).z);
+    for (int i = 0; i < 8; ++i)
+      if ((i >> across & 1) == side % 2) cornersWs[i][across] = sign * (offset + slope * ((i & 4) ? far : near));
+  }
+  for (int i = 0; i < 8; ++i) {
+    cornersWs[i].z = (i & 4) ? far : near;
+    cornersWs[i] = worldFromView * cornersWs[i] + axis.positionWs;
+  }
 }
 
 Status validate(const Camera& camera, double& value) noexcept {

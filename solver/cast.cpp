@@ -13,8 +13,8 @@ int makeCaps(const Region& region, const LightSpace& light, glm::dvec4* capsWs) 
   int count = 0;
   for (int i = 0; i < region.volume.planeCount; ++i) {
     const Plane& plane = region.volume.planes[i];
-    if (i == 4 || i == 5 || !(glm::dot(plane.normal, light.directionVs) < 0.0))
-      continue;  // 4 and 5: near and far, where a slice's are tighter
+    const bool isDepth = plane.normal.x == 0.0 && plane.normal.y == 0.0;  // near or far: a slice's own are tighter
+    if (isDepth || !(glm::dot(plane.normal, light.directionVs) < 0.0)) continue;
     const double scale = 1.0 / std::sqrt(glm::dot(plane.normal, plane.normal));
     const glm::dvec3 normalWs = region.worldFromView * plane.normal * scale;
     capsWs[count++] = glm::dvec4(normalWs, plane.offset * scale - glm::dot(normalWs, region.eyeWs));

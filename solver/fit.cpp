@@ -149,6 +149,12 @@ void fitSlices(const Region& region, const Footprint* footprints, int count, Fit
   }
 }
 
+glm::dvec2 unitsPerWorld(const MapFit& fit) noexcept {
+  if (!fit.isWarped) return glm::dvec2(1.0);
+  const auto slope = [](const glm::dvec3& row) { return std::sqrt(row.x * row.x + row.y * row.y); };
+  return glm::dvec2(slope(fit.s), slope(fit.t)) + glm::max(glm::abs(fit.least), glm::abs(fit.least + fit.size)) * slope(fit.w);  // w >= 1
+}
+
 Status growToViewport(const Frame& frame, const Region& region, const LightSpace& light, const Footprint& footprint, FitMode mode,
                       const glm::ivec4& viewport, MapFit& fit, std::uint32_t& warnings) noexcept {
   const double margin = frame.margin.filter + frame.margin.normalOffset;
@@ -161,8 +167,9 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   const double reach = std::max(footprint.reach, worldReach);
   const auto scaleOf = [](const glm::dvec3& row, double far) { return std::sqrt(row.x * row.x + row.y * row.y) * far + std::abs(row.z); };
   const glm::dvec2 farthest = glm::max(glm::abs(fit.least), glm::abs(fit.least + fit.size));
-  const double warped = fit.w.x != 0.0 || fit.w.y != 0.0 ? scaleOf(fit.w, reach) : 0.0;
-  const glm::dvec2 rounding = kFloatRounding * (glm::dvec2(scaleOf(fit.s, reach), scaleOf(fit.t, reach)) + farthest * warped);
+  const double warped = fit.isWarped ? scaleOf(fit.w, reach) : 0.0;
+  const glm::dvec2 rounding = kFloatRounding * (glm::dvec2(scaleOf(fit.s, reach), scaleOf(fit.t, reach)) + farthest * warped) +
+                              region.unevenness * unitsPerWorld(fit);
   glm::dvec2 texel;
   if (isStable) {
     // Rounding by a bound that depends on the projection alone, so that the size does.
@@ -180,7 +187,7 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   }
   fit.size = texel * texels;
   const glm::dvec2 edge = texel * fit.stretch;
-  const double room = kFloatRounding * reach + margin * std::max(edge.x, edge.y);
+  const double room = kFloatRounding * reach + region.unevenness + margin * std::max(edge.x, edge.y);
   fit.depthNear -= room;
   fit.depthFar += room;
   const double thickness = fit.depthFar - fit.depthNear, leastThickness = std::min(edge.x, edge.y);

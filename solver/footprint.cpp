@@ -247,7 +247,7 @@ double farthestReach(const Region& region, const DepthSpan& slab) noexcept {
   const double z = std::max(std::abs(slab.near), std::abs(slab.far)), k = camera.projection == Projection::perspective ? z : 1.0;
   const double x = k * std::max(std::abs(camera.left), std::abs(camera.right)),
                y = k * std::max(std::abs(camera.down), std::abs(camera.up));
-  return std::sqrt(x * x + y * y + z * z);
+  return std::min(std::sqrt(x * x + y * y + z * z), region.reach);
 }
 
 // Cuts a cell to a wedge of the light plane. False where nothing is left.
@@ -307,10 +307,9 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
 }
 
 void gatherServed(const Region& region, const LightSpace& light, const Splits& splits, Served* served) noexcept {
-  const double base = pixelWidth(region.camera, region.image, 0.0), slope = pixelWidth(region.camera, region.image, 1.0) - base;
   for (int s = 0; s < splits.count; ++s) served[s].count = 0;
   forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
-    ServedPoints points{slope, base, &served[s]};
+    ServedPoints points{region.pixelSlope, region.pixelBase, &served[s]};
     addSlab(points, seen, splits.slices[s]);
   });
 }

@@ -41,12 +41,21 @@ int writePlanes(const Region& region, const Wedge& wedge, glm::dvec4* planesWs) 
   return count;
 }
 
+// Room on every side, in world units.
+void giveRoom(double motion, MapFit& fit) noexcept {
+  const glm::dvec2 room = motion * unitsPerWorld(fit);
+  fit.least -= room;
+  fit.size += 2.0 * room;
+  fit.depthNear -= motion;
+  fit.depthFar += motion;
+}
+
 }  // namespace
 
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
              bool byViewDepth, MapFits& maps) noexcept {
   makeFootprints(region, light, splits, frame.margin, byViewDepth, maps.footprints);
-  for (int i = 0; i < splits.count; ++i) maps.pixels[i] = pixelWidth(region.camera, region.image, nearestIn(region, splits.slices[i]));
+  for (int i = 0; i < splits.count; ++i) maps.pixels[i] = pixelWidth(frame.camera, frame.image, nearestIn(region, splits.slices[i]));
   maps.hasServed = splits.isWedged || settings.warp.warp != Warp::none;
   if (maps.hasServed) gatherServed(region, light, splits, maps.served);
   if (splits.isWedged)  // a wedge's nearest point decides, not the region's
@@ -82,6 +91,8 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   const bool byViewDepth = needsViewDepth(region, splits);
   MapFits maps;
   fitMaps(frame, region, light, splits, settings, byViewDepth, maps);
+  for (int i = 0, m = 0; i < splits.count; ++i)
+    if (maps.footprints[i].count > 0) giveRoom(frame.margin.motion[m++], maps.fits[i]);
   double shares[kMaxPartitions];
   for (int i = 0; i < splits.count; ++i) shares[i] = maps.needed[i] / maps.neededTexels;
   Atlas atlas;
@@ -120,7 +131,7 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
     map.warp = fit.isWarped ? settings.warp.warp : Warp::none;
     map.planeCount = splits.isWedged ? writePlanes(region, splits.wedges[i], map.planes) : 0;
     const double texel = std::max(fit.stretch.x * fit.size.x / map.viewport.z, fit.stretch.y * fit.size.y / map.viewport.w);
-    const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset);
+    const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset) + region.unevenness + frame.margin.motion[m];
     map.cullPlaneCount = makeCullPlanes(region, light, maps.footprints[i], capsWs, grow, map.cullPlanes);
     solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
     solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;

@@ -28,6 +28,7 @@ Status solvePssm(const Frame& frame, const PssmSettings& settings, Solution& sol
   if (const Status status = validate(settings.split, frame.budget, value, solution.refusedIndex); status != Status::ok)
     return refuse(solution, status);
   if (settings.fit == FitMode::stable && settings.split.automatic) return refuse(solution, Status::stableAutomatic);
+  if (settings.fit == FitMode::stable && !frame.cornersWs.empty()) return refuse(solution, Status::stableCorners);
   Region region;
   if (const Status status = makeRegion(frame, region, solution.refusedIndex, value); status != Status::ok) return refuse(solution, status);
   LightSpace light;

@@ -34,6 +34,52 @@ void viewVolume(const Camera& camera, double near, double far, Cell& cell) noexc
   cell.planes[5] = {{0.0, 0.0, -1.0}, far};
 }
 
+// The volume of eight corners, in view space. False where they do not bound one. unevenness: how far its faces are from flat.
+bool cornerVolume(const glm::dvec3* corners, Cell& cell, double& unevenness) noexcept {
+  constexpr double kFlat = 1e-4;  // of the volume's size: what float32 matrices leave of a far corner
+  hexahedron(cell);
+  std::copy_n(corners, 8, cell.vertices);
+  glm::dvec3 centre(0.0);
+  for (int i = 0; i < 8; ++i) centre += corners[i] / 8.0;
+  double size = 0.0;
+  for (int i = 0; i < 8; ++i) size = std::max(size, std::sqrt(glm::dot(corners[i] - centre, corners[i] - centre)));
+  unevenness = 0.0;
+  for (int face = 0; face < 6; ++face) {
+    const int axis = 1 << face / 2, u = axis == 1 ? 2 : 1, v = axis == 4 ? 2 : 4, first = face % 2 ? axis : 0;
+    const glm::dvec3 *a = &corners[first], *b = &corners[first + u], *c = &corners[first + u + v], *d = &corners[first + v];
+    glm::dvec3 normal = unit(glm::cross(*c - *a, *d - *b));  // of the quadrilateral a b c d: its diagonals' product
+    const glm::dvec3 middle = (*a + *b + *c + *d) / 4.0;
+    double depth = glm::dot(normal, centre - middle);
+    if (depth < 0.0) {
+      normal = -normal;
+      depth = -depth;
+    }
+    if (!(depth > kFlat * size)) return false;  // no inside
+    double least = 0.0;
+    for (int i = 0; i < 8; ++i) {
+      const double distance = glm::dot(normal, corners[i] - middle);
+      const bool isOnFace = ((i & axis) != 0) == (face % 2 == 1);
+      if (!(distance >= -kFlat * size) || (isOnFace && !(distance <= kFlat * size))) return false;
+      if (isOnFace) unevenness = std::max(unevenness, std::abs(distance));
+      least = std::min(least, distance);
+    }
+    cell.planes[face] = {normal, -glm::dot(normal, middle) - least};
+  }
+  return true;
+}
+
+// Moves a camera's sides out to hold a volume ahead of it.
+void widen(const Cell& volume, Camera& camera) noexcept {
+  for (int i = 0; i < volume.vertexCount; ++i) {
+    const glm::dvec3& v = volume.vertices[i];
+    const double k = camera.projection == Projection::perspective ? v.z : 1.0;
+    camera.left = std::max(camera.left, -v.x / k);
+    camera.right = std::max(camera.right, v.x / k);
+    camera.down = std::max(camera.down, -v.y / k);
+    camera.up = std::max(camera.up, v.y / k);
+  }
+}
+
 DepthSpan depthsOf(const Cell& cell) noexcept {
   DepthSpan span{kInfinity, -kInfinity};
   for (int i = 0; i < cell.vertexCount; ++i) {
@@ -206,13 +252,16 @@ int badBox(std::span<const Box> boxes, double& value) noexcept {
 Status makeRegion(const Frame& frame, Region& region, int& index, double& value) noexcept {
   const Camera& camera = frame.camera;
   region.camera = camera;
-  region.image = frame.image;
+  region.pixelBase = pixelWidth(camera, frame.image, 0.0);
+  region.pixelSlope = pixelWidth(camera, frame.image, 1.0) - region.pixelBase;
   region.receivers = {};
   region.eyeWs = camera.positionWs;
   region.near = camera.near;
   region.far = shadowFar(camera);
   region.spanCount = 0;
   region.warnings = 0;
+  region.reach = kInfinity;
+  region.unevenness = 0.0;
   region.volume.vertexCount = 0;
   const glm::dvec3 forward = unit(camera.forwardWs), right = unit(glm::cross(forward, unit(camera.upWs)));
   region.worldFromView = glm::dmat3(right, glm::cross(right, forward), forward);
@@ -230,9 +279,41 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
   }
   index = -1;
   value = 0.0;
-  if (!(region.far > region.near)) return Status::ok;
-
-  viewVolume(camera, region.near, region.far, region.volume);
+  const std::span<const glm::dvec3> cornersWs = frame.cornersWs;
+  glm::dvec3 corners[8];
+  if (!cornersWs.empty()) {
+    value = static_cast<double>(cornersWs.size());
+    if (cornersWs.size() != 8) return Status::corners;
+    for (std::size_t i = 0; i < 8; ++i) {
+      value = firstBad(cornersWs[i], 0.0);
+      if (!isFinite(cornersWs[i])) return Status::corners;
+      corners[i] = (cornersWs[i] - region.eyeWs) * region.worldFromView;
+    }
+    if (!cornerVolume(corners, region.volume, region.unevenness)) {
+      region.volume.vertexCount = 0;
+      return Status::corners;
+    }
+  }
+  if (!(region.far > region.near)) {
+    region.volume.vertexCount = 0;
+    return Status::ok;
+  }
+  if (cornersWs.empty()) {
+    viewVolume(camera, region.near, region.far, region.volume);
+  } else {
+    for (const Plane& plane : {Plane{{0.0, 0.0, 1.0}, -region.near}, Plane{{0.0, 0.0, -1.0}, region.far}})
+      if (cutCell(region.volume, plane, std::abs(plane.offset)) == Cut::outside) {
+        region.volume.vertexCount = 0;
+        return Status::ok;
+      }
+    const DepthSpan depths = depthsOf(region.volume);
+    region.near = std::max(region.near, depths.near);
+    region.far = std::min(region.far, depths.far);
+    widen(region.volume, region.camera);
+    region.reach = 0.0;
+    for (int i = 0; i < region.volume.vertexCount; ++i)
+      region.reach = std::max(region.reach, std::sqrt(glm::dot(region.volume.vertices[i], region.volume.vertices[i])));
+  }
   for (const glm::dvec4& p : frame.scene.planes) {
     const glm::dvec3 normal(p);
     const double atEye = glm::dot(normal, region.eyeWs);

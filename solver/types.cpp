@@ -25,6 +25,8 @@ Text text(Status status) noexcept {
     case Status::cameraViewMatrix: return {"camera.view", "must be a rigid transform (rotation, translation, perhaps a mirror)"};
     case Status::cameraProjectionMatrix:
       return {"camera.projection_matrix", "must be a perspective or orthographic projection in the depth convention of camera.depth"};
+    case Status::corners:
+      return {"corners", "must be eight finite points (bit 0 right, bit 1 up, bit 2 far) of a convex volume with six flat faces"};
     case Status::lightDirection: return {"light.direction", "must be finite and not zero"};
     case Status::imageSize: return {"image", "width and height must be finite numbers > 0"};
     case Status::receiverBox: return {"scene.receivers", "must be finite with min <= max"};
@@ -34,6 +36,7 @@ Text text(Status status) noexcept {
     case Status::marginNormalOffset: return {"margin.normal_offset", "must be a finite number of texels >= 0"};
     case Status::marginBlend: return {"margin.blend", "must be a number in [0, 1)"};
     case Status::marginBorder: return {"margin.border", "must be a whole number of texels in [0, 1024]"};
+    case Status::marginMotion: return {"margin.motion", "must be finite numbers of world units >= 0"};
     case Status::marginTexels:
       return {"margin", "filter and normal_offset leave no texel of a map: lower them or raise the budget's texels"};
     case Status::fade: return {"fade", "must be a number in [0, 1]"};
@@ -51,6 +54,8 @@ Text text(Status status) noexcept {
     case Status::stableAutomatic:
       return {"method.fit",
               "stable cannot hold with method.count automatic (the number of maps would change with the view): give a number"};
+    case Status::stableCorners:
+      return {"method.fit", "stable cannot hold with corners (the size of a map would change with them): use tight or slice"};
     case Status::stableWorldSpace:
       return {"method.fit",
               "stable cannot hold with world-space matrices this far from the origin (float32 rounds off the snapping): use "

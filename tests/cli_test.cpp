@@ -128,6 +128,8 @@ Json only(Json element) {
   return out;
 }
 
+const Json kCube = {list({0, 0, 0}), list({1, 0, 0}), list({0, 1, 0}), list({1, 1, 0}),
+                    list({0, 0, 1}), list({1, 0, 1}), list({0, 1, 1}), list({1, 1, 1})};
 const Json kIdentity = list({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
 
 // OpenGL's perspective matrix, row by row, 90 degrees square, near 1, far 3.
@@ -183,6 +185,7 @@ std::vector<StatusRow> statusRows() {
        {},
        "camera.projection_matrix",
        "[0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0]"},
+      {Status::corners, {{"/corners", {list({0, 0, 0}), list({1, 0, 0})}}}, {}, "corners", "[[0,0,0],[1,0,0]]"},
       {Status::lightDirection, {{"/light/direction", list({0, 0, 0})}}, {}, "light.direction", "[0,0,0]"},
       {Status::receiverBox,
        {{"/scene/receivers", {box({0, 0, 0}, {1, 1, 1}), box({0, 2, 0}, {1, 1, 1})}}},
@@ -200,6 +203,7 @@ std::vector<StatusRow> statusRows() {
       {Status::marginBlend, {{"/margin/blend", 1}}, {}, "margin.blend", "1"},
       {Status::marginBorder, {{"/margin/border", 1025}}, {}, "margin.border", "1025"},
       {Status::marginBorder, {{"/margin/border", 1.5}}, {}, "margin.border", "1.5"},
+      {Status::marginMotion, {{"/margin/motion", list({1, -2})}}, {}, "margin.motion", "[1,-2]"},
       {Status::marginTexels, {{"/margin/filter", 5000}}, {}, "margin", R"({"filter":5000})"},
       {Status::fade, {{"/fade", 1.25}}, {}, "fade", "1.25"},
       {Status::budgetPartitions, {{"/budget/partitions", 0}}, {}, "budget.partitions", "0"},
@@ -230,6 +234,7 @@ std::vector<StatusRow> statusRows() {
        "4"},
       {Status::splitCount, {{"/method", {{"name", "pssm"}, {"count", 5}}}}, {}, "method.count", "5"},
       {Status::stableAutomatic, {{"/method", {{"name", "pssm"}, {"fit", "stable"}, {"count", "automatic"}}}}, {}, "method.fit", "stable"},
+      {Status::stableCorners, {{"/method", {{"name", "pssm"}, {"fit", "stable"}}}, {"/corners", kCube}}, {}, "method.fit", "stable"},
       {Status::stableWorldSpace,
        {{"/method", {{"name", "pssm"}, {"fit", "stable"}}}, {"/camera/position", list({1e9, 0, 0})}},
        {"--world"},
@@ -303,6 +308,9 @@ TEST_F(Cli, RefusesWhatHasTheWrongForm) {
        "scene.receivers[1].max: must be a list of 3 numbers, got nothing"},
       {{{"/scene/casters", only(list({1}))}}, "scene.casters[0]: must be an object, got [1]"},
       {{{"/scene/planes", only(list({1, 2, 3}))}}, "scene.planes[0]: must be a list of 4 numbers: a, b, c, d, got [1,2,3]"},
+      {{{"/corners", 8}}, std::string("corners: ") + statusRule(Status::corners) + ", got 8"},
+      {{{"/corners", only(list({1, 2}))}}, "corners[0]: must be a list of 3 numbers, got [1,2]"},
+      {{{"/margin/motion", 1}}, "margin.motion: must be a list of at most 16 numbers, one for each map, got 1"},
       {{{"/scene/planes", true}}, "scene.planes: must be a list of half-spaces [a,b,c,d], got true"},
       {{{"/margin", 2}}, "margin: must be an object, got 2"},
       {{{"/budget", "all"}}, "budget: must be an object, got \"all\""},
@@ -343,7 +351,7 @@ TEST_F(Cli, RefusesUnknownKeysByName) {
   };
   const Json method = {{"name", "pssm"}, {"eta", 0.5}};
   const std::vector<Row> rows = {
-      {{{"/lights", 1}}, "lights: is not a known key; a case takes id, camera, light, "},
+      {{{"/lights", 1}}, "lights: is not a known key; a case takes id, camera, corners, light, "},
       {{{"/camera/nera", 1}}, "camera.nera: is not a known key; camera takes position, forward, up, near, far, "},
       {{{"/camera/height", 1}}, "camera.height: is not a known key; camera takes "},  // of an orthographic camera only
       {{{"/camera/projection", "orthographic"}, {"/camera/height", 1}}, "camera.fov_y: is not a known key; camera takes "},
@@ -352,7 +360,7 @@ TEST_F(Cli, RefusesUnknownKeysByName) {
       {{{"/image/depth", 1}}, "image.depth: is not a known key; image takes width, height"},
       {{{"/scene/walls", 1}}, "scene.walls: is not a known key; scene takes receivers, casters, planes"},
       {{{"/scene/receivers", only({{"mim", 1}})}}, "scene.receivers[0].mim: is not a known key; scene.receivers[0] takes min, max"},
-      {{{"/margin/pad", 1}}, "margin.pad: is not a known key; margin takes filter, normal_offset, blend, border"},
+      {{{"/margin/pad", 1}}, "margin.pad: is not a known key; margin takes filter, normal_offset, blend, border, motion"},
       {{{"/bias/normal", 1}}, "bias.normal: is not a known key; bias takes slope, constant"},
       {{{"/budget/maps", 1}}, "budget.maps: is not a known key; budget takes partitions, resolution, texels, atlas, target_error"},
       {{{"/method", method}}, "method.eta: is not a known key; method takes name, split, lambda, bias, splits, count, fit"},

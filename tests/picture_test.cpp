@@ -1,6 +1,7 @@
 #include "picture.h"
 
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -114,6 +115,30 @@ TEST_F(PictureTest, PngReadBack) {
     EXPECT_EQ(std::memcmp(read, pixels.data(), pixels.size()), 0);  // rows top first
     stbi_image_free(read);
   }
+}
+
+// The README's picture is what the sample draws. Edges may move by a pixel between rasterisers; nothing else may.
+TEST_F(PictureTest, TheSampleDrawsTheReadmesPicture) {
+  const std::string file = path("picture.png");
+  ASSERT_EQ(std::system((std::string("\"") + GNOMON_SAMPLE + "\" \"" + file + "\"").c_str()), 0);
+  struct Image {
+    int width = 0, height = 0, channels = 0;
+    std::vector<std::uint8_t> pixels;
+  };
+  const auto load = [](const std::string& name) {
+    Image image;
+    stbi_uc* read = stbi_load(name.c_str(), &image.width, &image.height, &image.channels, 3);
+    if (read) image.pixels.assign(read, read + 3 * image.width * image.height);
+    stbi_image_free(read);
+    return image;
+  };
+  const Image drawn = load(file), kept = load(std::string(GNOMON_SOURCE_DIR) + "/samples/offscreen/picture.png");
+  ASSERT_EQ(kept.width, 1280);
+  ASSERT_EQ(kept.height, 720);
+  ASSERT_EQ(drawn.pixels.size(), kept.pixels.size());
+  int differs = 0;
+  for (std::size_t i = 0; i < kept.pixels.size(); ++i) differs += std::abs(drawn.pixels[i] - kept.pixels[i]) > 4;
+  EXPECT_LT(differs, static_cast<int>(kept.pixels.size()) / 1000);
 }
 
 }  // namespace

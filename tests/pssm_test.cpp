@@ -1,5 +1,6 @@
 #include "support.h"
 
+#include <array>
 #include <cstring>
 #include <limits>
 
@@ -395,6 +396,180 @@ TEST(Pssm, IsDeterministic) {
         sizeof(GnomonBlock) - sizeof a->block.partitions + static_cast<std::size_t>(a->partitionCount) * sizeof(GnomonPartition);
     EXPECT_EQ(std::memcmp(&a->block, &b->block, bytes), 0);
   }
+}
+
+// The volume of the corners, a point in it by shares of its edges.
+glm::dvec3 cornerPoint(const std::vector<glm::dvec3>& corners, double x, double y, double z) {
+  glm::dvec3 point(0.0);
+  for (std::size_t i = 0; i < 8; ++i) point += corners[i] * (((i & 1) ? x : 1.0 - x) * ((i & 2) ? y : 1.0 - y) * ((i & 4) ? z : 1.0 - z));
+  return point;
+}
+
+// Dense points of the volume, between the camera's near plane and shadow distance: each is served and covered, no less sharp than said.
+Coverage checkCorners(const Frame& frame, const Solution& solution, const std::vector<glm::dvec3>& corners) {
+  Coverage coverage;
+  const Axes axes(frame.camera);
+  constexpr int kAcross = 9, kDeep = 81;
+  for (int x = 0; x < kAcross; ++x)
+    for (int y = 0; y < kAcross; ++y)
+      for (int z = 0; z < kDeep; ++z) {
+        const double share = z / (kDeep - 1.0);
+        const glm::dvec3 fromEye =
+            cornerPoint(corners, x / (kAcross - 1.0), y / (kAcross - 1.0), share * share * share) - frame.camera.positionWs;
+        const double depth = glm::dot(fromEye, axes.forward);
+        if (depth >= frame.camera.near && depth <= std::min(frame.camera.far, frame.camera.shadowDistance))
+          check(frame, solution, fromEye, depth, coverage);
+      }
+  return coverage;
+}
+
+TEST(PssmCorners, TheCamerasOwnCornersGiveTheCamerasMaps) {
+  for (const FitMode fit : {FitMode::tight, FitMode::slice})
+    for (const Projection projection : {Projection::perspective, Projection::orthographic}) {
+      Frame frame = usualFrame();
+      if (projection == Projection::orthographic)
+        frame.camera = orthographic(frame.camera.positionWs, frame.camera.forwardWs, frame.camera.upWs, 20.0, 1.5, -15.0, 80.0);
+      const auto own = solve(frame, {.split = {}, .fit = fit});
+      std::vector<glm::dvec3> corners;
+      for (int i = 0; i < 8; ++i)
+        corners.push_back(frame.camera.positionWs +
+                          viewPoint(frame.camera, i & 1, (i >> 1) & 1, (i & 4) ? frame.camera.far : frame.camera.near));
+      frame.cornersWs = corners;
+      const auto solution = solve(frame, {.split = {}, .fit = fit});
+      ASSERT_EQ(solution->status, Status::ok);
+      ASSERT_EQ(solution->partitionCount, own->partitionCount);
+      EXPECT_EQ(solution->limitTexels, 0.0);  // no closed form for any corners
+      for (int i = 0; i < own->partitionCount; ++i) {
+        EXPECT_NEAR(solution->partitions[i].near, own->partitions[i].near, 1e-9 * std::abs(own->partitions[i].far));
+        EXPECT_NEAR(solution->partitions[i].error.s * solution->partitions[i].error.t,
+                    own->partitions[i].error.s * own->partitions[i].error.t,
+                    1e-3 * own->partitions[i].error.s * own->partitions[i].error.t);
+      }
+      EXPECT_EQ(checkAll(frame, *solution).uncovered, 0);
+    }
+}
+
+TEST(PssmCorners, CoverAnyConvexVolume) {
+  Random random(17);
+  int points = 0;
+  for (int k = 0; k < 200; ++k) {
+    Frame frame = usualFrame();
+    frame.light.directionWs = random.direction();
+    frame.camera.positionWs = random.direction() * random.logUniform(1.0, 1e5);
+    frame.shadowMap.style = static_cast<ClipStyle>(k % 3);
+    frame.camera.depth = static_cast<DepthConvention>(k / 3 % 3);
+    if (k % 5 == 4) frame.camera.shadowDistance = 30.0;
+    const Axes axes(frame.camera);
+    // Two faces of one shape, ahead of the eye, turned alike and scaled: the four between them are flat.
+    const glm::dvec3 tilt = 0.4 * random.direction(), a = axes.right + axes.forward * tilt.x, b = axes.up + axes.forward * tilt.y;
+    const double near = random.logUniform(0.05, 5.0), far = near * random.logUniform(2.0, 200.0), grow = random.uniform(0.5, 2.0);
+    const glm::dvec3 along = axes.forward + axes.right * random.uniform(-0.5, 0.5) + axes.up * random.uniform(-0.5, 0.5);
+    std::vector<glm::dvec3> corners;
+    for (int i = 0; i < 8; ++i) {
+      const double z = (i & 4) ? far : near, size = (i & 4) ? grow * far : near;
+      corners.push_back(frame.camera.positionWs + along * z + (a * ((i & 1) ? 1.0 : -1.0) + b * ((i & 2) ? 0.6 : -0.6)) * (0.5 * size));
+    }
+    frame.cornersWs = corners;
+    const FitMode fit = k % 2 ? FitMode::tight : FitMode::slice;
+    const auto solution = solve(frame, {.split = {}, .fit = fit});
+    ASSERT_EQ(solution->status, Status::ok) << k;
+    ASSERT_GT(solution->partitionCount, 0);
+    ASSERT_TRUE(isFinite(*solution));
+    const Coverage coverage = checkCorners(frame, *solution, corners);
+    points += coverage.points;
+    ASSERT_EQ(coverage.uncovered, 0) << k;
+    ASSERT_LE(coverage.worst, 1.0 + 1e-3) << k;
+    // Cull planes hold every caster of every point.
+    for (int r = 0; r < 200; ++r) {
+      const glm::dvec3 ws = cornerPoint(corners, random.uniform(), random.uniform(), random.uniform());
+      const double z = glm::dot(ws - frame.camera.positionWs, axes.forward);
+      const int served = servedBy(*solution, z, 0.0);
+      if (served < 0) continue;
+      const glm::dvec3 caster = ws - glm::normalize(frame.light.directionWs) * random.logUniform(1e-3, 1e4);
+      ASSERT_TRUE(mayCast(solution->partitions[served], {caster, caster})) << k;
+    }
+  }
+  EXPECT_GT(points, 200000);
+}
+
+// The two eyes of a headset, parallel and canted: one solve covers what either sees.
+TEST(PssmCorners, AStereoPairSharesItsMaps) {
+  for (const double cant : {0.0, 0.17}) {
+    Frame frame;
+    frame.camera = perspective({7.0, 1.7, -3.0}, {0.2, -0.1, -1.0}, {0.0, 1.0, 0.0}, 1.6, 1.0, 0.1, 200.0);
+    const Axes axes(frame.camera);
+    std::array<Camera, 2> eyes{frame.camera, frame.camera};
+    for (int e = 0; e < 2; ++e) {
+      const double sign = e ? 1.0 : -1.0;
+      Camera& eye = eyes[static_cast<std::size_t>(e)];
+      eye.positionWs += axes.right * (0.032 * sign);
+      eye.forwardWs = axes.forward + axes.right * (std::tan(cant) * sign);
+      (e ? eye.right : eye.left) = 1.3;
+    }
+    glm::dvec3 corners[8];
+    enclose(eyes, frame.camera, corners);
+    frame.camera.near = 0.05;  // a canted eye sees before the head's near plane
+    frame.cornersWs = corners;
+    const auto solution = solve(frame);
+    ASSERT_EQ(solution->status, Status::ok);
+    Coverage coverage;
+    for (const Camera& eye : eyes)
+      for (int k = 0; k < 41; ++k)
+        for (int x = 0; x < 9; ++x)
+          for (int y = 0; y < 9; ++y) {
+            const glm::dvec3 fromEye =
+                viewPoint(eye, x / 8.0, y / 8.0, 0.1 * std::pow(2000.0, k / 40.0)) + eye.positionWs - frame.camera.positionWs;
+            const double z = glm::dot(fromEye, axes.forward);
+            if (z <= 200.0) check(frame, *solution, fromEye, z, coverage);
+          }
+    EXPECT_GT(coverage.points, 5000);
+    EXPECT_EQ(coverage.uncovered, 0) << cant;
+  }
+}
+
+TEST(PssmCorners, RefusesWhatIsNoConvexVolume) {
+  Frame frame = usualFrame();
+  std::vector<glm::dvec3> box;
+  for (int i = 0; i < 8; ++i) box.emplace_back((i & 1) ? 3.0 : -1.0, (i & 2) ? 3.0 : 1.0, (i & 4) ? 30.0 : 5.0);
+  const auto status = [&](const std::vector<glm::dvec3>& corners, FitMode fit = FitMode::tight) {
+    frame.cornersWs = corners;
+    const auto solution = solve(frame, {.split = {}, .fit = fit});
+    if (solution->status != Status::ok) {
+      EXPECT_EQ(solution->partitionCount, 0);
+      EXPECT_EQ(solution->block.info.x, 0u);
+    }
+    return solution->status;
+  };
+  EXPECT_EQ(status(box), Status::ok);
+  EXPECT_EQ(status(box, FitMode::stable), Status::stableCorners);
+  std::vector<glm::dvec3> bad(box.begin(), box.end() - 1);
+  EXPECT_EQ(status(bad), Status::corners) << "seven";
+  bad = box;
+  bad[3].y = kInfinity;
+  EXPECT_EQ(status(bad), Status::corners) << "infinite";
+  bad[3].y = std::nan("");
+  EXPECT_EQ(status(bad), Status::corners) << "not a number";
+  bad = box;
+  std::swap(bad[0], bad[1]);
+  EXPECT_EQ(status(bad), Status::corners) << "out of order";
+  bad = box;
+  bad[7] += glm::dvec3(0.5, 0.0, 0.0);
+  EXPECT_EQ(status(bad), Status::corners) << "a bent face";
+  bad[7] = box[7] + glm::dvec3(1e-4, 0.0, 0.0);  // within what float32 corners have
+  EXPECT_EQ(status(bad), Status::ok);
+  bad = box;
+  for (glm::dvec3& corner : bad) corner.y = 1.0;
+  EXPECT_EQ(status(bad), Status::corners) << "flat";
+  bad.assign(8, glm::dvec3(0.0));
+  EXPECT_EQ(status(bad), Status::corners) << "a point";
+  bad = box;
+  for (std::size_t i = 0; i < 8; i += 2) std::swap(bad[i], bad[i + 1]);
+  EXPECT_EQ(status(bad), Status::ok) << "mirrored";
+  for (glm::dvec3& corner : box) corner -= glm::dvec3(0.0, 0.0, 200.0);  // behind the eye
+  frame.cornersWs = box;
+  const auto behind = solve(frame);
+  EXPECT_EQ(behind->status, Status::ok);
+  EXPECT_EQ(behind->partitionCount, 0);
 }
 
 }  // namespace

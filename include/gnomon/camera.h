@@ -28,6 +28,12 @@ namespace GNOMON_EXPORT gnomon {
 [[nodiscard]] Status cameraFromMatrices(const glm::dmat4& viewFromWorld, const glm::dmat4& clipFromView, DepthConvention depth,
                                         const ImageSize& image, const glm::dvec2& jitterNdc, Camera& camera) noexcept;
 
+// Eight corners, as Frame::cornersWs takes them, of a volume that encloses the view volumes of several cameras up to their
+// shadow distances: the two eyes of a headset, parallel or canted. Near and far faces are perpendicular to the forward
+// direction of `axis`; each side is the plane that is tightest half-way in depth. cameras: one or more, valid. A solve leaves out what lies
+// before the near plane of its own camera: put that before theirs where they are canted.
+void enclose(std::span<const Camera> cameras, const Camera& axis, glm::dvec3 (&cornersWs)[8]) noexcept;
+
 // Errors: the camera* statuses; `value` receives the number refused.
 [[nodiscard]] Status validate(const Camera& camera, double& value) noexcept;
 

@@ -45,6 +45,9 @@ void fitSlices(const Region& region, const Footprint* footprints, int count, Fit
 // ratio of a whole perspective view.
 [[nodiscard]] bool isScaled(const Footprint& a, const Footprint& b) noexcept;
 
+// How many units of s and of t a world length of 1 may span, at most.
+[[nodiscard]] glm::dvec2 unitsPerWorld(const MapFit& fit) noexcept;
+
 // Grows a fit to its viewport: margins, float32 rounding and, for stable, the snap to texels. The depth range keeps room for the
 // normal offset. Errors: marginTexels (the margins leave no texel), worldSpacePrecision, stableWorldSpace; sets warnings.
 [[nodiscard]] Status growToViewport(const Frame& frame, const Region& region, const LightSpace& light, const Footprint& footprint,

@@ -1,9 +1,11 @@
 // gnomon: everything a renderer needs, in one include.
 #pragma once
 
+#include "gnomon/blend.h"
 #include "gnomon/block.h"
 #include "gnomon/camera.h"
 #include "gnomon/cast.h"
+#include "gnomon/keep.h"
 #include "gnomon/lloyd.h"
 #include "gnomon/lookup.h"
 #include "gnomon/pssm.h"

@@ -60,17 +60,19 @@ struct DepthSpan {
 struct Region {
   glm::dmat3 worldFromView{1.0};  // columns: right, up, forward
   glm::dvec3 eyeWs{0.0};
-  Camera camera;  // as given
-  ImageSize image;
+  Camera camera;  // as given; its sides moved out to enclose a volume given by corners
+  double pixelBase = 0.0, pixelSlope = 0.0;  // the width of a pixel, w_i, is base + slope z
   double near = 0.0, far = 0.0;  // view depths of the shadowed volume, before receivers
   std::span<const Box> receivers;  // where there are several; a single one has cut the volume
+  double reach = kInfinity;  // farthest point of a volume given by corners from the eye, world units
+  double unevenness = 0.0;  // how far its faces are from flat, world units
   Cell volume;  // view volume, half-spaces and the only receiver; no vertices: empty
   int spanCount = 0;  // 0: nothing to shadow
   DepthSpan spans[kMaxSpans];  // disjoint, ascending; closest ones joined where there are more
   std::uint32_t warnings = 0;
 };
 
-// Builds the region of a frame whose camera is valid. Errors: receiverBox, halfSpace (index, value: what was refused).
+// Builds the region of a frame whose camera is valid. Errors: corners, receiverBox, casterBox, halfSpace (index, value: what was refused).
 [[nodiscard]] Status makeRegion(const Frame& frame, Region& region, int& index, double& value) noexcept;
 
 // How many cells the region has: one for each of several receiver boxes, or the volume alone.

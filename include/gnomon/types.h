@@ -41,6 +41,7 @@ enum class Status : std::uint8_t {
   cameraTangents,
   cameraViewMatrix,
   cameraProjectionMatrix,
+  corners,
   lightDirection,
   imageSize,
   receiverBox,
@@ -50,6 +51,7 @@ enum class Status : std::uint8_t {
   marginNormalOffset,
   marginBlend,
   marginBorder,
+  marginMotion,
   marginTexels,
   fade,
   budgetPartitions,
@@ -63,6 +65,7 @@ enum class Status : std::uint8_t {
   splitExplicit,
   splitCount,
   stableAutomatic,
+  stableCorners,
   stableWorldSpace,
   warpEta,
   biasSlope,
@@ -134,6 +137,7 @@ struct Margin {
   double normalOffset = 0.0;  // texels a receiver is moved along its normal [>= 0]
   double blend = 0.0;  // share of a slice, at its far end, that the next map covers too [0, 1)
   int border = 0;  // texels kept free around each viewport in the atlas [0, 1024]
+  double motion[kMaxPartitions] = {};  // for each map: world units of room on every side, so that it can be kept (gnomon/keep.h) [>= 0]
 };
 
 // How the shadow map's API lays out clip space and texture.
@@ -169,6 +173,10 @@ struct Bias {
 // Everything that is the same for every method.
 struct Frame {
   Camera camera;
+  // A view volume that is not the camera's: eight points, bit 0 of the index right, bit 1 up, bit 2 far. Its six faces must be flat to 1e-4
+  // of its size and its inside convex; none given: the camera's own. What lies outside the camera's near plane and shadow distance is left out.
+  // The camera still gives the depth axis, the width of a pixel and the depth buffer that selects. See enclose() in gnomon/camera.h.
+  std::span<const glm::dvec3> cornersWs = {};
   DirectionalLight light;
   ImageSize image;
   Scene scene;

@@ -379,11 +379,16 @@ void parseScene(const Json& value, Case& out) {
 }
 
 void parseMargin(const Json& value, Margin& margin) {
-  const Fields fields(value, "margin", {"filter", "normal_offset", "blend", "border"});
+  const Fields fields(value, "margin", {"filter", "normal_offset", "blend", "border", "motion"});
   fields.numberIf("filter", Status::marginFilter, margin.filter);
   fields.numberIf("normal_offset", Status::marginNormalOffset, margin.normalOffset);
   fields.numberIf("blend", Status::marginBlend, margin.blend);
   fields.wholeIf("border", Status::marginBorder, margin.border);
+  if (const Json* motion = fields.find("motion")) {
+    if (!motion->is_array() || motion->size() > kMaxPartitions)
+      refuse("margin.motion", "must be a list of at most 16 numbers, one for each map", text(*motion));
+    Fields::toNumbers(*motion, "margin.motion", motion->size(), "", margin.motion);
+  }
 }
 
 void parseBudget(const Json& value, Budget& budget) {
@@ -583,8 +588,9 @@ void setField(Json& root, const std::string& assignment) {
 Case parseCase(Json root) {
   Case out;
   out.json = std::move(root);
-  const Fields fields(out.json, "",
-                      {"id", "camera", "light", "image", "scene", "samples", "margin", "shadow_depth", "bias", "fade", "method", "budget"});
+  const Fields fields(
+      out.json, "",
+      {"id", "camera", "corners", "light", "image", "scene", "samples", "margin", "shadow_depth", "bias", "fade", "method", "budget"});
   if (fields.has("samples")) throw Refusal("samples: must be left out: no method reads samples yet");
   if (const Json* id = fields.find("id")) {
     if (!id->is_string()) refuse("id", "must be text", text(*id));
@@ -593,6 +599,15 @@ Case parseCase(Json root) {
   Frame& frame = out.frame;
   if (const Json* image = fields.find("image")) parseImage(*image, frame.image);
   frame.camera = parseCamera(fields.need("camera", "must be an object"), frame.image);
+  if (const Json* corners = fields.find("corners")) {
+    if (!corners->is_array() || corners->empty()) refuse("corners", statusRule(Status::corners), text(*corners));
+    for (std::size_t i = 0; i < corners->size(); ++i) {
+      glm::dvec3 corner;
+      Fields::toNumbers((*corners)[i], "corners[" + std::to_string(i) + "]", 3, "", &corner.x);
+      out.corners.push_back(corner);
+    }
+    frame.cornersWs = out.corners;
+  }
   parseLight(fields.need("light", "must be an object"), frame.light);
   if (const Json* scene = fields.find("scene")) parseScene(*scene, out);
   if (const Json* margin = fields.find("margin")) parseMargin(*margin, frame.margin);

@@ -41,6 +41,7 @@ struct Case {
 
   std::vector<Box> receivers, casters;
   std::vector<glm::dvec4> planes;
+  std::vector<glm::dvec3> corners;
   std::vector<double> splits;
 };
 

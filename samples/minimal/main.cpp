@@ -1,4 +1,5 @@
-// minimal: the whole of gnomon without a graphics API: one solve, and what a renderer reads from the answer.
+// minimal: the whole of gnomon without a graphics API: one solve, what a renderer reads from the answer, and the
+// block that it uploads.
 #include <cstdio>
 
 #include "gnomon/camera.h"
@@ -25,6 +26,31 @@ int main() {
                 map.viewport.z, map.viewport.w, map.viewport.x, map.viewport.y, map.error.s > map.error.t ? map.error.s : map.error.t);
   }
   std::printf("error at most %.3f texel edges per pixel; %.0f texels would reach 1\n", solution.maxError, solution.neededTexels);
+
+  // The block: what is uploaded, and what glsl/gnomon_block.glsl calls it.
+  const auto print = [](const char* name, const glm::vec4& v) { std::printf("  %-16s %12g %12g %12g %12g\n", name, v.x, v.y, v.z, v.w); };
+  const gnomon::GnomonBlock& block = solution.block;
+  std::printf("block:\n");
+  print("info", glm::vec4(block.info));
+  print("atlas", block.atlas);
+  print("origin", block.origin);
+  print("originRest", block.originRest);
+  print("lightDirection", block.lightDirection);
+  print("viewPlane", block.viewPlane);
+  print("depthRule", block.depthRule);
+  print("bias", block.bias);
+  print("windowStart[0]", block.windowStart[0]);
+  print("viewStart[0]", block.viewStart[0]);
+  for (int i = 0; i < solution.partitionCount; ++i) {
+    const gnomon::GnomonPartition& map = block.partitions[i];
+    std::printf(" partitions[%d]:\n", i);
+    for (int column = 0; column < 4; ++column) print(column == 0 ? "clipFromWorld" : "", map.clipFromWorld[column]);
+    for (int column = 0; column < 4; ++column) print(column == 0 ? "atlasFromWorld" : "", map.atlasFromWorld[column]);
+    print("viewport", map.viewport);
+    print("uvBounds", map.uvBounds);
+    print("interval", map.interval);
+    print("layer", map.layer);
+  }
 
   // What a shader does with the block, on the CPU: a point 20 units ahead of the eye and 1.7 below it.
   const glm::dvec3 point = glm::dvec3(0.0, 0.0, -20.0) - solution.originWs;

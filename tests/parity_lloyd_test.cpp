@@ -1,0 +1,65 @@
+// The mask lookup against the planes and intervals of the answer, in double.
+#include "parity.h"
+
+#include "gnomon/lloyd.h"
+
+namespace gnomon::test {
+namespace {
+
+// The first partition whose interval and planes hold a point; kMayDiffer within rounding of a border.
+int servedByMask(const Frame& frame, const Solution& solution, const glm::dvec3& fromEye) {
+  const double z = glm::dot(fromEye, Axes(frame.camera).forward), slack = 4e-6 * glm::length(fromEye);
+  for (int i = 0; i < solution.partitionCount; ++i) {
+    const Partition& map = solution.partitions[i];
+    double inside = kInfinity;
+    if (map.planeCount == 0) inside = std::min(z - map.near, map.far - z);
+    for (int p = 0; p < map.planeCount; ++p)
+      inside = std::min(inside, glm::dot(glm::dvec3(map.planes[p]), frame.camera.positionWs + fromEye) + map.planes[p].w);
+    if (std::abs(inside) < slack) return kMayDiffer;
+    if (inside > 0.0) return i;
+  }
+  return -1;
+}
+
+TEST_P(Parity, MaskFindsWhoServes) {
+  Gpu gpu(GetParam());
+  Random random(331);
+  for (const LloydScheme scheme : {LloydScheme::zpw, LloydScheme::fpw, LloydScheme::fpzpw})
+    for (int k = 0; k < 6; ++k) {
+      Frame frame = usualFrame();
+      frame.camera.positionWs = {0.0, 0.0, 0.0};
+      frame.light.directionWs = k == 0 ? frame.camera.forwardWs : random.direction();
+      frame.budget.partitions = k % 2 ? 7 : 16;
+      Solution solution;
+      ASSERT_EQ(solveLloyd(frame, {.scheme = scheme, .split = {}}, solution), Status::ok);
+      std::vector<glm::vec4> points;
+      for (int i = 0; i < 3000; ++i)
+        points.emplace_back(glm::vec3(viewPoint(frame.camera, random.uniform(), random.uniform(), random.logUniform(0.1, 100.0))), 0.0f);
+      for (int i = 0; i < 200; ++i) points.emplace_back(glm::vec3(random.direction() * 200.0), 0.0f);  // beside and beyond the view
+      const auto results = gpu.run(
+          "  int at = gnomonSelectMask(gnomon, world);\n"
+          "  vec4 own = gnomonMaskCoordinate(gnomonMask4(gnomon, 0, world), gnomonMaskPosition(gnomon, 0, world), "
+          "gnomonMaskPosition(gnomon, 1, world), gnomonMaskPosition(gnomon, 2, world), gnomonMaskPosition(gnomon, 3, world));\n"
+          "  result = vec4(float(at), own.xyw);\n",
+          solution.block, points);
+      int compared = 0;
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const glm::dvec3 world(points[i]);
+        const int expected = servedByMask(frame, solution, world);
+        if (expected == kMayDiffer) continue;
+        ++compared;
+        ASSERT_EQ(results[i].x, static_cast<float>(expected)) << static_cast<int>(scheme) << " " << k << " " << i;
+        if (expected < 0 || expected > 3) {
+          EXPECT_EQ(results[i].w, 0.0f);
+          continue;
+        }
+        const glm::dvec3 texel = texelReference(frame, solution.partitions[expected], world);
+        EXPECT_NEAR(results[i].y / results[i].w * solution.atlas.x, texel.x, 1.0 / 64.0);
+        EXPECT_NEAR(results[i].z / results[i].w * solution.atlas.y, texel.y, 1.0 / 64.0);
+      }
+      EXPECT_GT(compared, 2500);
+    }
+}
+
+}  // namespace
+}  // namespace gnomon::test

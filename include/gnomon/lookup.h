@@ -2,7 +2,7 @@
 //
 // Based on: [Zhang 2006, eq. 8 corrected] for selection by window depth; half-open intervals as in [Lloyd 2006, sec. 6.3].
 // Shader part: glsl/gnomon_lookup.glsl (the lookup), glsl/gnomon_pssm.glsl (the selection)
-// Test: tests/lookup_test.cpp, tests/parity_test.cpp
+// Test: tests/lookup_test.cpp, tests/parity_lookup_test.cpp, tests/parity_filter_test.cpp
 #pragma once
 
 #include "gnomon/block.h"

@@ -9,8 +9,8 @@ namespace {
 bool hasFaces(LloydScheme scheme) noexcept { return scheme == LloydScheme::fpw || scheme == LloydScheme::fpzpw; }
 
 // The partitions of one scheme, at most `count`.
-Status splitFor(const Region& region, const LightSpace& light, const LloydSettings& settings, LloydScheme scheme, int count, Splits& splits,
-                double& refused, std::uint32_t& warnings) noexcept {
+Status splitByScheme(const Region& region, const LightSpace& light, const LloydSettings& settings, LloydScheme scheme, int count,
+                     Splits& splits, double& refused, std::uint32_t& warnings) noexcept {
   if (hasFaces(scheme)) {
     splitFaces(region, light, settings.nearFace, count, scheme == LloydScheme::fpzpw, splits);
     if (splits.count > 0 || region.spanCount == 0) return Status::ok;
@@ -37,7 +37,8 @@ Choice findBest(const Frame& frame, const Region& region, const LightSpace& ligh
     double refused = 0.0;
     std::uint32_t warnings = 0;
     splits = {};
-    if (splitFor(region, light, settings, scheme, count, splits, refused, warnings) != Status::ok || warnings != 0 || splits.count == 0)
+    if (splitByScheme(region, light, settings, scheme, count, splits, refused, warnings) != Status::ok || warnings != 0 ||
+        splits.count == 0)
       return false;
     fitMaps(frame, region, light, splits, {.fit = FitMode::tight, .warp = settings.warp, .shares = settings.shares},
             needsViewDepth(region, splits), maps);
@@ -92,7 +93,8 @@ Status solveLloyd(const Frame& frame, const LloydSettings& settings, Solution& s
     const Choice choice = isBest ? findBest(frame, region, light, settings, most) : Choice{settings.scheme, count};
     Splits splits;
     std::uint32_t warnings = 0;
-    if (const Status status = splitFor(region, light, settings, choice.scheme, choice.count, splits, value, warnings); status != Status::ok)
+    if (const Status status = splitByScheme(region, light, settings, choice.scheme, choice.count, splits, value, warnings);
+        status != Status::ok)
       return refuse(solution, status);
     if (const Status status = makeMaps(frame, region, light, splits, making, solution); status != Status::ok)
       return refuse(solution, status);

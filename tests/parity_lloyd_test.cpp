@@ -54,8 +54,8 @@ TEST_P(Parity, MaskFindsWhoServes) {
           continue;
         }
         const glm::dvec3 texel = texelReference(frame, solution.partitions[expected], world);
-        EXPECT_NEAR(results[i].y / results[i].w * solution.atlas.x, texel.x, 1.0 / 64.0);
-        EXPECT_NEAR(results[i].z / results[i].w * solution.atlas.y, texel.y, 1.0 / 64.0);
+        EXPECT_NEAR(static_cast<double>(results[i].y) / results[i].w * solution.atlas.x, texel.x, 1.0 / 64.0);
+        EXPECT_NEAR(static_cast<double>(results[i].z) / results[i].w * solution.atlas.y, texel.y, 1.0 / 64.0);
       }
       EXPECT_GT(compared, 2500);
     }

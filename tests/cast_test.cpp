@@ -67,7 +67,7 @@ TEST(Cast, MayCastTestsBoxes) {
   frame.camera = perspective({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, kPi / 2.0, 1.0, 1.0, 10.0);
   frame.light.directionWs = {0, -1, 0};
   frame.budget.partitions = 1;
-  const Partition& map = solve(frame)->partitions[0];
+  const Partition map = solve(frame)->partitions[0];
   EXPECT_TRUE(mayCast(map, {{-1, 90, -6}, {1, 91, -5}}));
   EXPECT_TRUE(mayCast(map, {{-1000, 90, -1000}, {1000, 91, 1000}}));
   EXPECT_FALSE(mayCast(map, {{30, 90, -6}, {31, 91, -5}}));

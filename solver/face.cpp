@@ -5,7 +5,7 @@
 namespace gnomon {
 namespace {
 
-constexpr int kSides = 4;
+constexpr int kFaces = 4;
 
 // A side of the view volume that light rays meet where they are narrowest.
 struct Side {
@@ -40,21 +40,21 @@ void measure(const Region& region, Side& side) noexcept {
 // The sides in use. Returns their number; opposite ones are bottom and top, right and left.
 int findSides(const Region& region, const glm::dvec3& light, Side* sides, int* places) noexcept {
   const Camera& camera = region.camera;
-  const glm::dvec3 edges[kSides] = {
+  const glm::dvec3 edges[kFaces] = {
       {-camera.left, -camera.down, 1.0}, {camera.right, -camera.down, 1.0}, {camera.right, camera.up, 1.0}, {-camera.left, camera.up, 1.0}};
   const double sign = light.z >= 0.0 ? 1.0 : -1.0;
-  bool isUsed[kSides];
-  double facing[kSides];
-  for (int i = 0; i < kSides; ++i) {
-    const glm::dvec3 normal = glm::cross(edges[i], edges[(i + 1) % kSides]);  // inward
+  bool isUsed[kFaces];
+  double facing[kFaces];
+  for (int i = 0; i < kFaces; ++i) {
+    const glm::dvec3 normal = glm::cross(edges[i], edges[(i + 1) % kFaces]);  // inward
     constexpr double kEdgeOn = 1e-9;  // cosine below which the light sees a side as a line: its neighbours hold it
     facing[i] = sign * glm::dot(unit(normal), light);
     isUsed[i] = facing[i] > kEdgeOn;  // [Lloyd 2006, sec. 5.1, signs corrected]
   }
   int count = 0;
-  for (int i = 0; i < kSides; ++i) {
+  for (int i = 0; i < kFaces; ++i) {
     if (!isUsed[i]) continue;
-    const int next = (i + 1) % kSides, before = (i + kSides - 1) % kSides;
+    const int next = (i + 1) % kFaces, before = (i + kFaces - 1) % kFaces;
     const glm::dvec3 &a = edges[i], &b = edges[next];
     Side& side = sides[count];
     side = {};
@@ -97,8 +97,8 @@ void splitFaces(const Region& region, const LightSpace& light, NearFace nearFace
   splits.count = 0;
   splits.isWedged = true;
   if (region.camera.projection != Projection::perspective || region.spanCount == 0) return;
-  Side sides[kSides];
-  int places[kSides];
+  Side sides[kFaces];
+  int places[kFaces];
   const int count = findSides(region, light.directionVs, sides, places);
   const int near = nearFace == NearFace::own && light.directionVs.z != 0.0 ? 1 : 0;
   if (count == 0 || count + near > most) return;
@@ -108,7 +108,7 @@ void splitFaces(const Region& region, const LightSpace& light, NearFace nearFace
     splits.wedges[splits.count++] = wedge;
   };
   if (near == 1) add(nearWedge(region, sides, places, count));
-  int rows[kSides];
+  int rows[kFaces];
   for (int i = 0; i < count; ++i) rows[i] = inRows ? (most - near) / count : 1;
   for (int spare = inRows ? (most - near) % count : 0; spare > 0; --spare) {  // what is left goes to the sides that need most
     int neediest = 0;

@@ -23,13 +23,13 @@ bool holds(const DrawnMaps::Map& map, const ShadowMap& shadowMap, double margin,
     if (!(glm::dot(glm::dvec3(plane), ws) + plane.w >= 0.0)) return false;
   }
   // Half of what a fit leaves for the rounding of a float32 product: a map always holds the slice that it was drawn for.
-  constexpr double kFloatRounding = 1.0 / 4194304.0;  // 2^-22
+  constexpr double kPointRounding = 1.0 / 4194304.0;  // 2^-22
   const glm::dmat4 rows = glm::transpose(glm::dmat4(map.partition.clipFromWorld));
   const glm::dvec4 from(ws - map.originWs, 1.0);
   const double w = glm::dot(rows[3], from);
   for (int axis = 0; axis < 3; ++axis) {
     const glm::dvec3 row(rows[axis]);
-    const double rounding = kFloatRounding * reach * std::sqrt(glm::dot(row, row));
+    const double rounding = kPointRounding * reach * std::sqrt(glm::dot(row, row));
     const double most = axis < 2 ? 1.0 - 2.0 * margin / map.partition.viewport[2 + axis] : 1.0,
                  least = axis < 2 ? -most : (shadowMap.depth == DepthConvention::negativeOneToOne ? -1.0 : 0.0);
     const double at = glm::dot(rows[axis], from) / w;
@@ -75,6 +75,9 @@ void take(const DrawnMaps::Map& map, const Frame& frame, int i, Solution& soluti
   out.atlasFromWorld = mat4(atlasMatrix(frame, clipFromWorld, solved.viewport, solution.atlas));
 }
 
+// Warps and faces follow the view: only plain maps of whole slices are kept.
+bool isPlain(const Partition& map) noexcept { return map.warp == Warp::none && map.planeCount == 0; }
+
 bool isSamePlace(const Partition& a, const Partition& b) noexcept { return a.viewport == b.viewport && a.layer == b.layer; }
 
 }  // namespace
@@ -97,6 +100,7 @@ std::uint32_t keepMaps(const Frame& frame, std::uint32_t wanted, DrawnMaps& draw
     for (int i = 0; i < std::min(count, drawn.count); ++i) {
       const DrawnMaps::Map& map = drawn.maps[i];
       if ((wanted >> i & 1u) == 0u || !isSamePlace(map.partition, solution.partitions[i])) continue;
+      if (!isPlain(map.partition) || !isPlain(solution.partitions[i])) continue;
       if (covers(map, frame, region, padSlice(region, splits, i, frame.margin, byViewDepth), solution.originWs)) kept |= 1u << i;
     }
   }

@@ -240,6 +240,7 @@ std::vector<StatusRow> statusRows() {
        {"--world"},
        "method.fit",
        "stable"},
+      {Status::warpEta, {{"/method", {{"name", "lloyd"}, {"eta", 1.5}}}}, {}, "method.eta", "1.5"},
       {Status::biasSlope, {{"/bias/slope", -1}}, {}, "bias.slope", "-1"},
       {Status::biasConstant, {{"/bias/constant", -2}}, {}, "bias.constant", "-2"},
       {Status::worldSpacePrecision, {{"/camera/position", list({1e30, 0, 0})}}, {"--world"}, "camera.position", "[1e+30,0,0]"},
@@ -318,14 +319,16 @@ TEST_F(Cli, RefusesWhatHasTheWrongForm) {
       {{{"/id", 3}}, "id: must be text, got 3"},
       {{{"/samples", {{"near", 1}, {"far", 2}}}}, "samples: must be left out: no method reads samples yet"},
       {{{"/method", "pssm"}}, "method: must be an object, got \"pssm\""},
-      {{{"/method/split", "uniform"}}, "method.name: must be pssm, got nothing"},
-      {{{"/method/name", "single"}}, "method.name: must be pssm, got single" + later},
-      {{{"/method/name", "lloyd"}}, "method.name: must be pssm, got lloyd" + later},
-      {{{"/method/name", "sdsm"}}, "method.name: must be pssm, got sdsm" + later},
-      {{{"/method/name", "lspsm"}}, "method.name: must be pssm, got lspsm" + later},
-      {{{"/method/name", "auto"}}, "method.name: must be pssm, got auto" + later},
-      {{{"/method/name", "csm"}}, "method.name: must be pssm, got csm"},
-      {{{"/method/name", 1}}, "method.name: must be pssm, got 1"},
+      {{{"/method/split", "uniform"}}, "method.name: must be one of pssm, lloyd, got nothing"},
+      {{{"/method/name", "single"}}, "method.name: must be one of pssm, lloyd, got single" + later},
+      {{{"/method", {{"name", "lloyd"}, {"scheme", "fp"}}}}, "method.scheme: must be one of w, zp, zp+w, fp+w, fp+zp+w, best, got fp"},
+      {{{"/method", {{"name", "lloyd"}, {"fit", "tight"}}}},
+       "method.fit: is not a known key; method takes name, split, lambda, bias, splits, count, scheme, warp, eta, shares, near_face"},
+      {{{"/method/name", "sdsm"}}, "method.name: must be one of pssm, lloyd, got sdsm" + later},
+      {{{"/method/name", "lspsm"}}, "method.name: must be one of pssm, lloyd, got lspsm" + later},
+      {{{"/method/name", "auto"}}, "method.name: must be one of pssm, lloyd, got auto" + later},
+      {{{"/method/name", "csm"}}, "method.name: must be one of pssm, lloyd, got csm"},
+      {{{"/method/name", 1}}, "method.name: must be one of pssm, lloyd, got 1"},
       {{{"/method", {{"name", "pssm"}, {"split", "log"}}}},
        "method.split: must be one of uniform, logarithmic, practical, explicit, got log"},
       {{{"/method", {{"name", "pssm"}, {"fit", "loose"}}}}, "method.fit: must be one of tight, slice, stable, got loose"},
@@ -602,7 +605,8 @@ TEST_F(Cli, MethodReplacesTheWholeObject) {
   EXPECT_EQ(untimed(answer(uniform, {"--method", "pssm"})), untimed(answer(usual())));
   // Also where what is replaced would be refused.
   EXPECT_EQ(untimed(answer(edited({{"/method", "broken"}}), {"--method", "pssm"})), untimed(answer(usual())));
-  EXPECT_EQ(refusal(solveText(usual().dump(), {"--method", "lloyd"})), "gnomon: method.name: must be pssm, got lloyd: not built yet");
+  EXPECT_EQ(refusal(solveText(usual().dump(), {"--method", "sdsm"})),
+            "gnomon: method.name: must be one of pssm, lloyd, got sdsm: not built yet");
 }
 
 TEST_F(Cli, FileAndStandardInputGiveTheSame) {
@@ -714,16 +718,37 @@ TEST_F(Cli, MethodsListsEverySetting) {
   ASSERT_EQ(text.code, 0);
   ASSERT_EQ(json.code, 0);
   const Json list = Json::parse(json.out);
-  ASSERT_EQ(list.size(), 1u);
-  EXPECT_EQ(list[0]["name"], "pssm");
-  const std::vector<std::pair<std::string, Json>> settings = {{"split", "logarithmic"}, {"lambda", 0.5},    {"bias", 0.0},
-                                                              {"splits", nullptr},      {"count", nullptr}, {"fit", "tight"}};
-  ASSERT_EQ(list[0]["settings"].size(), settings.size());
-  for (std::size_t i = 0; i < settings.size(); ++i) {
-    EXPECT_EQ(list[0]["settings"][i]["name"], settings[i].first);
-    EXPECT_EQ(list[0]["settings"][i]["default"], settings[i].second);
-    EXPECT_FALSE(list[0]["settings"][i]["values"].get<std::string>().empty());
-    EXPECT_NE(text.out.find("\n  " + settings[i].first + " "), std::string::npos) << settings[i].first;
+  ASSERT_EQ(list.size(), 2u);
+  const std::vector<std::pair<std::string, Json>> splitting = {
+      {"split", "logarithmic"}, {"lambda", 0.5}, {"bias", 0.0}, {"splits", nullptr}, {"count", nullptr}};
+  const std::vector<std::pair<std::string, std::vector<std::pair<std::string, Json>>>> methods = {
+      {"pssm", {{"fit", "tight"}}},
+      {"lloyd", {{"scheme", "zp+w"}, {"warp", "lispsm"}, {"eta", 0.0}, {"shares", "error"}, {"near_face", "own"}}}};
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    EXPECT_EQ(list[m]["name"], methods[m].first);
+    auto settings = splitting;
+    settings.insert(settings.end(), methods[m].second.begin(), methods[m].second.end());
+    ASSERT_EQ(list[m]["settings"].size(), settings.size());
+    for (std::size_t i = 0; i < settings.size(); ++i) {
+      EXPECT_EQ(list[m]["settings"][i]["name"], settings[i].first);
+      EXPECT_EQ(list[m]["settings"][i]["default"], settings[i].second);
+      EXPECT_FALSE(list[m]["settings"][i]["values"].get<std::string>().empty());
+      EXPECT_NE(text.out.find("\n  " + settings[i].first + " "), std::string::npos) << settings[i].first;
+    }
+  }
+}
+
+// Each scheme answers, and a face's partition says which half-spaces it serves.
+TEST_F(Cli, LloydAnswersWithPlanesAndWarps) {
+  const Json faces = answer(edited({{"/method", {{"name", "lloyd"}, {"scheme", "fp+w"}}}, {"/budget", {{"partitions", 8}}}}));
+  EXPECT_EQ(faces["method"], "lloyd");
+  ASSERT_GE(faces["partitions"].size(), 2u);
+  for (const Json& each : faces["partitions"]) EXPECT_FALSE(each["planes"].empty());
+  const Json slices = answer(usual(), {"--method", "lloyd"});
+  ASSERT_EQ(slices["partitions"].size(), 4u);
+  for (const Json& each : slices["partitions"]) {
+    EXPECT_FALSE(each.contains("planes"));
+    EXPECT_EQ(each["warp"], "lispsm");
   }
 }
 

@@ -42,7 +42,7 @@ TEST_P(Parity, MaskFindsWhoServes) {
           "gnomonMaskPosition(gnomon, 1, world), gnomonMaskPosition(gnomon, 2, world), gnomonMaskPosition(gnomon, 3, world));\n"
           "  result = vec4(float(at), own.xyw);\n",
           solution.block, points);
-      int compared = 0;
+      int compared = 0, looked = 0;
       for (std::size_t i = 0; i < points.size(); ++i) {
         const glm::dvec3 world(points[i]);
         const int expected = servedByMask(frame, solution, world);
@@ -54,10 +54,15 @@ TEST_P(Parity, MaskFindsWhoServes) {
           continue;
         }
         const glm::dvec3 texel = texelReference(frame, solution.partitions[expected], world);
+        const glm::ivec4& v = solution.partitions[expected].viewport;
+        if (texel.x < v.x || texel.x > v.x + v.z || texel.y < v.y || texel.y > v.y + v.w)
+          continue;  // a face's planes go on beyond the view
+        ++looked;
         EXPECT_NEAR(static_cast<double>(results[i].y) / results[i].w * solution.atlas.x, texel.x, 1.0 / 64.0);
         EXPECT_NEAR(static_cast<double>(results[i].z) / results[i].w * solution.atlas.y, texel.y, 1.0 / 64.0);
       }
       EXPECT_GT(compared, 2500);
+      EXPECT_GT(looked, 500);
     }
 }
 

@@ -12,7 +12,7 @@
 #include "gnomon/split.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 enum class NearFace : std::uint8_t {
   own,  // the near plane gets a map

@@ -13,7 +13,7 @@
 #include "gnomon/split.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 // Light space: x and y span the light plane, z grows away from the light. A general 4x4, so that a spot light's
 // post-perspective space can pass through the same stages. [Zhang 2006, sec. 3.1]

@@ -3,14 +3,14 @@
 // A map is kept only where it answers every lookup of this frame: each corner of what it must serve now (the slice with its padding,
 // cut by receivers and planes, at the receivers' depth) lies inside the rectangle it was drawn for less the filter's reach, inside its depth
 // range, and inside the cull planes it was drawn with, since casters beyond them are not in it. All three are convex, so the
-// corners decide. Margin::motion gives maps the room that lets them be kept while the camera moves.
+// corners decide. Warps and faces follow the view: such maps are always drawn anew. Margin::motion gives maps the room that lets them be kept while the camera moves.
 // Shader part: none.
 // Test: tests/keep_test.cpp
 #pragma once
 
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 // What the shadow texture holds. One for each texture, yours to keep from frame to frame; as constructed it holds nothing.
 struct DrawnMaps {

@@ -12,7 +12,7 @@
 #include "gnomon/types.h"
 #include "gnomon/warp.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 enum class LloydScheme : std::uint8_t {
   w,  // one warped map

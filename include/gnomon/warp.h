@@ -15,7 +15,7 @@
 #include "gnomon/footprint.h"
 #include "gnomon/types.h"
 
-namespace gnomon {
+namespace GNOMON_EXPORT gnomon {
 
 struct WarpSettings {
   Warp warp = Warp::none;

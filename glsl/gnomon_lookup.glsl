@@ -52,8 +52,12 @@ void gnomonImplTexelEdges(mat4 m, vec4 atlas, vec4 light, vec3 world, out vec3 e
 vec3 gnomonImplBias(mat4 m, vec4 atlas, vec4 light, vec4 bias, vec3 world, vec3 normal, float reach) {
   vec3 edgeS, edgeT;
   gnomonImplTexelEdges(m, atlas, light, world, edgeS, edgeT);
-  // The plane's depth varies by |n . edge| / |n . light| over an edge; height h along n is worth h / |n . light| of depth.
-  float height = bias.x * reach * (abs(dot(normal, edgeS)) + abs(dot(normal, edgeT)));
+  // The plane's depth varies by n . edge / n . light over an edge, and a warped map's stored depth by its own w besides:
+  // `stored` is that depth's gradient. Height h along n is worth h / |n . light| of depth.
+  vec4 q = m * vec4(world, 1.0);
+  vec3 stored = vec3(m[0].z, m[1].z, m[2].z) - vec3(m[0].w, m[1].w, m[2].w) * (q.z / q.w);
+  vec3 tilt = normal - stored * (dot(normal, light.xyz) / dot(stored, light.xyz));
+  float height = bias.x * reach * (abs(dot(tilt, edgeS)) + abs(dot(tilt, edgeT)));
   return world + normal * (height + bias.y * sqrt(max(dot(edgeS, edgeS), dot(edgeT, edgeT))));
 }
 #define gnomonBias(block, index, world, normal, reach) gnomonImplBias(block.partitions[index].atlasFromWorld, block.atlas, block.lightDirection, block.bias, world, normal, reach)

@@ -90,7 +90,7 @@ constexpr const char* kViewFragment = R"(
 #include "gnomon.glsl"
 uniform sampler2DArray maps;
 uniform sampler2D normals;  // one texel for each triangle
-uniform int isReversed, byViewDepth;
+uniform int isReversed, selection;  // by window depth, view depth or mask
 uniform vec3 eye, towardsEye;  // eye - origin; or, for an orthographic view, the direction back to it
 uniform float eyeShare;        // 1 perspective, 0 orthographic
 in vec3 world;
@@ -109,7 +109,10 @@ void main() {
   vec3 back = mix(towardsEye, eye - world, eyeShare);
   if (dot(normal, back) < 0.0) normal = -normal;
   float viewDepth = gnomonViewDepth(gnomon, world);
-  int index = byViewDepth != 0 ? gnomonSelectView(gnomon, viewDepth) : gnomonSelect(gnomon, gl_FragCoord.z, world);
+  int index = -1;
+  if (selection == 0) index = gnomonSelect(gnomon, gl_FragCoord.z, world);
+  if (selection == 1) index = gnomonSelectView(gnomon, viewDepth);
+  if (selection == 2) index = gnomonSelectMask(gnomon, world);
   float lit = SHADOW(gnomon, 0, index, world, normal);
   outPosition = vec4(world, mix(1.0, lit, gnomonFade(gnomon, viewDepth)));
   outNormal = vec4(normal, float(index));
@@ -521,7 +524,8 @@ RenderOutput Renderer::render(const Frame& frame, const Solution& solution, cons
     gl::Uniform3f(location("towardsEye"), back.x, back.y, back.z);
     gl::Uniform1f(location("eyeShare"), frame.camera.projection == Projection::perspective ? 1.0f : 0.0f);
     gl::Uniform1i(location("isReversed"), isReversed);
-    gl::Uniform1i(location("byViewDepth"), options.selectByViewDepth);
+    const bool hasFaces = solution.partitionCount > 0 && solution.partitions[0].planeCount > 0;
+    gl::Uniform1i(location("selection"), hasFaces ? 2 : options.selectByViewDepth ? 1 : 0);
     gl::Uniform1i(location("maps"), 0);
     gl::Uniform1i(location("normals"), 1);
     maps.bind(GL_TEXTURE0);

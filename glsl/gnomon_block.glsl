@@ -60,6 +60,11 @@ struct GnomonBlock {
 };
 
 #ifndef __cplusplus
+// A point's position in partition i before division by w: xy atlas uv, z stored depth. Linear in the point, so the vertex stage may compute
+// it for gnomonPick4 or gnomonMaskCoordinate; give it gnomonBias(...) of the point there, and the fragment stage need not know the normal.
+//   vec4 gnomonVertexPosition(GnomonBlock block, int i, vec3 world)
+#define gnomonVertexPosition(block, i, world) (block.partitions[i].atlasFromWorld * vec4(world, 1.0))
+
 #ifndef GNOMON_NO_UNIFORM
 #ifdef GNOMON_BINDING
 layout(std140, binding = GNOMON_BINDING) uniform gnomonUniforms { GnomonBlock gnomon; };

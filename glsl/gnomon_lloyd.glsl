@@ -3,7 +3,7 @@
 // description: the mask lookup of [Lloyd 2006, sec. 6.3], half-open: which partition serves a point, by comparisons alone, whether
 //              partitions are slices of view depth, faces of the view volume or rows of those. Serves every method's partitions.
 // use:         int index = gnomonSelectMask(gnomon, world);
-//              or the paper's form for four partitions, positions from the vertex stage: out vec4 at0 = gnomonMaskPosition(gnomon, 0, world);
+//              or the paper's form for four partitions, positions from the vertex stage: out vec4 at0 = gnomonVertexPosition(gnomon, 0, world);
 //              and so on to at3, and vec4 p = gnomonMaskCoordinate(gnomonMask4(gnomon, 0, world), at0, at1, at2, at3); uv = p.xy / p.w
 // world:       world - origin
 // cost:        three dot products and a comparison for each partition, in fours as far as the block has partitions; no loop
@@ -56,10 +56,6 @@ int gnomonImplFirst(vec4 mask0, vec4 mask4, vec4 mask8, vec4 mask12) {
 // The first partition that serves a point, or -1.
 //   int gnomonSelectMask(GnomonBlock block, vec3 world)
 #define gnomonSelectMask(block, world) gnomonImplFirst(GNOMON_IMPL_MASK4(block, 0, world), GNOMON_IMPL_MASK_FROM_4(block, world), GNOMON_IMPL_MASK_FROM_8(block, world), GNOMON_IMPL_MASK_FROM_12(block, world))
-
-// A point's position in a partition before division by w: xy atlas uv, z stored depth. Linear in the point: the vertex stage may compute it.
-//   vec4 gnomonMaskPosition(GnomonBlock block, int i, vec3 world)
-#define gnomonMaskPosition(block, i, world) (block.partitions[i].atlasFromWorld * vec4(world, 1.0))
 
 // The position in the first partition that the mask names; zero where it names none.
 vec4 gnomonMaskCoordinate(vec4 mask, vec4 at0, vec4 at1, vec4 at2, vec4 at3) {

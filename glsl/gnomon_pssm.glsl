@@ -49,6 +49,18 @@ float gnomonImplViewDepth(vec4 viewPlane, vec3 world) { return dot(viewPlane.xyz
 //   int gnomonSelectView(GnomonBlock block, float viewDepth)
 #define gnomonSelectView(block, viewDepth) gnomonImplServed(block.viewStart, viewDepth, block.partitions[GNOMON_IMPL_LAST(block.viewStart, viewDepth)].interval.y)
 
+// The cheapest path, for at most four partitions: their positions come from the vertex stage (gnomonVertexPosition of 0 to 3, as varyings), the
+// fragment picks one by window depth: a lookup costs no more than with one map. xy: atlas uv, z: stored depth, w: the partition, -1 before
+// the first. Slices' maps have no perspective, so nothing is divided; ends are not looked at: past the last slice, and in gaps between
+// receivers, the slice before answers.
+//   vec4 gnomonPick4(GnomonBlock block, float windowDepth, vec4 at0, vec4 at1, vec4 at2, vec4 at3)
+vec4 gnomonImplPick4(vec4 starts, float depth, vec4 at0, vec4 at1, vec4 at2, vec4 at3) {
+  vec4 begun = step(starts, vec4(depth));
+  vec4 p = begun.w > 0.0 ? at3 : begun.z > 0.0 ? at2 : begun.y > 0.0 ? at1 : at0;
+  return vec4(p.xyz, dot(begun, vec4(1.0)) - 1.0);
+}
+#define gnomonPick4(block, windowDepth, at0, at1, at2, at3) gnomonImplPick4(block.windowStart[0], (windowDepth) * block.depthRule.x, at0, at1, at2, at3)
+
 // By window depth unless the camera's depth buffer cannot tell the splits apart.
 //   int gnomonSelect(GnomonBlock block, float windowDepth, vec3 world)
 #define gnomonSelect(block, windowDepth, world) ((block.info.y & GNOMON_FLAG_VIEW_DEPTH) != 0u ? gnomonSelectView(block, gnomonViewDepth(block, world)) : gnomonSelectWindow(block, windowDepth))

@@ -38,8 +38,8 @@ TEST_P(Parity, MaskFindsWhoServes) {
       for (int i = 0; i < 200; ++i) points.emplace_back(glm::vec3(random.direction() * 200.0), 0.0f);  // beside and beyond the view
       const auto results = gpu.run(
           "  int at = gnomonSelectMask(gnomon, world);\n"
-          "  vec4 own = gnomonMaskCoordinate(gnomonMask4(gnomon, 0, world), gnomonMaskPosition(gnomon, 0, world), "
-          "gnomonMaskPosition(gnomon, 1, world), gnomonMaskPosition(gnomon, 2, world), gnomonMaskPosition(gnomon, 3, world));\n"
+          "  vec4 own = gnomonMaskCoordinate(gnomonMask4(gnomon, 0, world), gnomonVertexPosition(gnomon, 0, world), "
+          "gnomonVertexPosition(gnomon, 1, world), gnomonVertexPosition(gnomon, 2, world), gnomonVertexPosition(gnomon, 3, world));\n"
           "  result = vec4(float(at), own.xyw);\n",
           solution.block, points);
       int compared = 0, looked = 0;

@@ -164,6 +164,42 @@ TEST_P(Parity, RunsWhereItSays) {
   EXPECT_EQ(gpu.ask(GL_VERSION).rfind("OpenGL ES 3", 0) == 0, GetParam().profile == offscreen::Profile::es) << gpu.ask(GL_VERSION);
 }
 
+// Four positions from the vertex stage, one picked: the same place as select and look up, wherever a slice serves.
+TEST_P(Parity, PickIsSelectAndLookUp) {
+  Gpu gpu(GetParam());
+  Random random(341);
+  for (const DepthConvention depth : {DepthConvention::negativeOneToOne, DepthConvention::reversedZeroToOne})
+    for (const int count : {1, 3, 4}) {
+      Frame frame = usualFrame();
+      frame.camera.depth = depth;
+      frame.budget.partitions = count;
+      const auto solution = solve(frame);
+      std::vector<glm::vec4> points;
+      for (int i = 0; i < 2000; ++i) {
+        const double z = random.logUniform(0.1001, 99.9);
+        points.emplace_back(glm::vec3(viewPoint(frame.camera, random.uniform(), random.uniform(), z)),
+                            static_cast<float>(windowReference(frame.camera, z)));
+      }
+      const auto results = gpu.run(
+          "  vec4 p = gnomonPick4(gnomon, point.w, gnomonVertexPosition(gnomon, 0, world), gnomonVertexPosition(gnomon, 1, world), "
+          "gnomonVertexPosition(gnomon, 2, world), gnomonVertexPosition(gnomon, 3, world));\n"
+          "  result = vec4(p.xyz, p.w);\n",
+          solution->block, points);
+      int compared = 0;
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const int served = servedAtWindow(frame, *solution, points[i].w);
+        if (served == kMayDiffer) continue;
+        ++compared;
+        ASSERT_EQ(results[i].w, static_cast<float>(served));
+        const glm::dvec3 texel = texelReference(frame, solution->partitions[served], glm::dvec3(points[i]));
+        EXPECT_NEAR(static_cast<double>(results[i].x) * solution->atlas.x, texel.x, 1.0 / 256.0);
+        EXPECT_NEAR(static_cast<double>(results[i].y) * solution->atlas.y, texel.y, 1.0 / 256.0);
+        EXPECT_NEAR(results[i].z, texel.z, 1e-6);
+      }
+      EXPECT_GT(compared, 1900);
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Dialects, Parity, ::testing::ValuesIn(kDialects), [](const auto& each) { return std::string(each.param.name); });
 
 }  // namespace

@@ -26,8 +26,19 @@ constexpr int kWidth = 1280, kHeight = 720, kMap = 2048, kMaps = 4, kTurns = 60;
 const char* const kVertex = R"(
 layout(location = 0) in vec3 position;
 uniform mat4 clipFromWorld;
+#include "gnomon_block.glsl"
+#ifdef VERTEX_POSITIONS
+out vec4 at0, at1, at2, at3;
+#endif
 out vec3 world;
-void main() { world = position; gl_Position = clipFromWorld * vec4(position, 1.0); }
+void main() {
+#ifdef VERTEX_POSITIONS
+  at0 = gnomonVertexPosition(gnomon, 0, position);
+  at1 = gnomonVertexPosition(gnomon, 1, position);
+  at2 = gnomonVertexPosition(gnomon, 2, position);
+  at3 = gnomonVertexPosition(gnomon, 3, position);
+#endif
+world = position; gl_Position = clipFromWorld * vec4(position, 1.0); }
 )";
 
 const char* const kHead = R"(
@@ -41,6 +52,7 @@ struct Case {
   const char* name;
   int held;
   const char* body;  // of main
+  bool hasVertexPositions = false;
 };
 
 // The plain lookup: one map, its matrix fixed, no bias. The if-chain chooses one of four maps and does no more.
@@ -53,6 +65,8 @@ const Case kCases[] = {
     {"gnomonSelectWindow and plain lookup", 4,
      "int i = max(gnomonSelectWindow(gnomon, gl_FragCoord.z), 0); vec4 p = gnomon.partitions[i].atlasFromWorld * vec4(world, 1.0); "
      "lit = texture(maps, vec4(p.xy, float(i), p.z));"},
+    {"positions of the vertex stage, gnomonPick4", 4,
+     "vec4 p = gnomonPick4(gnomon, gl_FragCoord.z, at0, at1, at2, at3); lit = texture(maps, vec4(p.xy, p.w, p.z));", true},
     {"gnomonSelect, gnomonShadow", 4,
      "int index = gnomonSelect(gnomon, gl_FragCoord.z, world); lit = gnomonShadow(gnomon, 0, index, world, up);"},
     {"gnomonSelect, gnomonShadow3x3", 4,
@@ -62,8 +76,10 @@ const Case kCases[] = {
     {"gnomonSelect, gnomonShadow, 16 held", 16,
      "int index = gnomonSelect(gnomon, gl_FragCoord.z, world); lit = gnomonShadow(gnomon, 0, index, world, up);"}};
 
+std::string headOf(const Case& each) { return "#define GNOMON_MAX_PARTITIONS " + std::to_string(each.held) + "\n"; }
+
 std::string sourceOf(const Case& each) {
-  return "#define GNOMON_MAX_PARTITIONS " + std::to_string(each.held) + "\n#include \"gnomon.glsl\"\n" + kHead +
+  return headOf(each) + "#include \"gnomon.glsl\"\n" + kHead + (each.hasVertexPositions ? "in vec4 at0, at1, at2, at3;\n" : "") +
          "void main() {\n  vec3 up = vec3(0.0, 1.0, 0.0);\n  float lit;\n  " + each.body + "\n  colour = vec4(lit);\n}\n";
 }
 
@@ -145,7 +161,9 @@ void measure() {
                        glm::lookAt(glm::dvec3(0.0), axes.forward, axes.up));
   std::vector<GLuint> programs;
   for (const Case& each : kCases) {
-    programs.push_back(buildProgram("450", {{GL_VERTEX_SHADER, kVertex}, {GL_FRAGMENT_SHADER, sourceOf(each)}}));
+    programs.push_back(
+        buildProgram("450", {{GL_VERTEX_SHADER, headOf(each) + (each.hasVertexPositions ? "#define VERTEX_POSITIONS\n" : "") + kVertex},
+                             {GL_FRAGMENT_SHADER, sourceOf(each)}}));
     gl::UseProgram(programs.back());
     gl::UniformMatrix4fv(gl::GetUniformLocation(programs.back(), "clipFromWorld"), 1, GL_FALSE, &clip[0][0]);
   }
@@ -160,14 +178,14 @@ void measure() {
       if (turn > 0) seconds[i].push_back(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     }
 
-  std::printf("%-38s %12s %9s %10s %13s\n", "", "SPIR-V", "ns/pixel", "over plain", "over if-chain");
+  std::printf("%-44s %12s %9s %10s %13s\n", "", "SPIR-V", "ns/pixel", "over plain", "over if-chain");
   for (std::size_t i = 0; i < programs.size(); ++i) {
     const auto over = [&](std::size_t base) {
       std::vector<double> ratios;
       for (std::size_t turn = 0; turn < seconds[i].size(); ++turn) ratios.push_back(seconds[i][turn] / seconds[base][turn]);
       return median(ratios);
     };
-    std::printf("%-38s %12d %9.1f %10.2f %13.2f\n", kCases[i].name, instructionsOf(sourceOf(kCases[i])),
+    std::printf("%-44s %12d %9.1f %10.2f %13.2f\n", kCases[i].name, instructionsOf(sourceOf(kCases[i])),
                 median(seconds[i]) / (kWidth * kHeight) * 1e9, over(0), over(1));
   }
 }

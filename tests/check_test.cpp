@@ -382,7 +382,17 @@ TEST(Check, TheUsersOwnBlocksAndCopiesAreFine) {
     for (std::string line; std::getline(lines, line);)
       if (line.rfind("#include", 0) != 0) pasted += line + "\n";
   }
-  EXPECT_EQ(described(checkText(pasted + replaced(lookup("", false), "#include \"gnomon.glsl\"", ""))), "");
+  const std::string body = replaced(lookup("", false), "#include \"gnomon.glsl\"", "");
+  EXPECT_EQ(described(checkText(pasted + body)), "");
+  const std::string wrapped =
+      replaced(pasted, "#define gnomonSelect(block, windowDepth, world) ", "#define gnomonSelect(block, windowDepth, world) \\\n  ");
+  EXPECT_EQ(described(checkText(wrapped + body, "450")), "");
+  for (const std::string& copy : {pasted, wrapped}) {
+    const Report wrong = checkText(copy + replaced(body, "gl_FragCoord.z, world", "world"), "450");
+    ASSERT_EQ(wrong.findings.size(), 1u) << described(wrong);
+    EXPECT_EQ(wrong.findings[0].place.line, lineOf(copy + body, "gl_FragCoord.z, world);\n  colour")) << described(wrong);
+    EXPECT_EQ(wrong.findings[0].kind, "arguments") << described(wrong);
+  }
 }
 
 // What compiles and yet deserves a word: a warning, no error.
@@ -420,11 +430,11 @@ TEST(Check, OtherFaults) {
            {head + "#if GNOMON_MAX_PARTITON > 4\n#endif\nvoid main() {}\n",
             "shader:4: GNOMON_MAX_PARTITON is asked for and nothing defines it"},
            {"#version 330 core\nint gnomon;\n#include \"gnomon.glsl\"\nvoid main() {}\n", "shader:2: gnomon is the library's own"},
-           {head + "uniform bool isDay;\nvoid main() { colour = vec4(gnomonFade((isDay ? gnomon : gnomon), 1.0)); }\n", "XX"},
            {head + "void main() {\n  int index = gnomonSelect(gnomon, 0.5, 1.0);\n}\n",
             "shader:5: 'gnomonSelect' does not take these arguments; it is int gnomonSelect(GnomonBlock block, float windowDepth, vec3 "
             "world)"},
-           {head + "void main() { colour = vec4(gnomonFade(isDay ? gnomon : gnomon, 1.0)); }\n", "shader:4: 'isDay' is not known"},
+           {head + "uniform bool isDay;\nvoid main() { colour = vec4(gnomonFade(isDay ? gnomon : gnomon, 1.0)); }\n",
+            "shader:5: 'gnomonFade' is a macro: its block is the name of a uniform"},
            {"\xef\xbb\xbf#version 330 core\nvoid main() {}\n", "shader:1: the file begins with a byte-order mark"},
            {head, "there is no main()"},
            {head + "#error stop here\n", "shader:4: '#error' : stop here"},

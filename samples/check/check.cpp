@@ -584,7 +584,7 @@ class Checker {
 
   // Fine as a function, not as the macro that it is: its block is an expression.
   bool explainMacro(const GlslPlace& place, const std::string& words) {
-    if (!m_isFineAsFunctions) return false;
+    if (!m_isFineAsFunctions || isCopy(place.file)) return false;
     for (const Token& token : m_tokens) {
       const Function* const own = isSame(token.place, place) ? findFunction(library().functions, token.text) : nullptr;
       if (!own || own->types.empty() || own->types[0] != "GnomonBlock") continue;

@@ -27,23 +27,18 @@ void readMacros(const std::string& text, Library& out) {
   }
 }
 
-// The signatures that stand in comments of their own, above the macros that are called by them: "//   float gnomonFade(...)".
-const std::map<std::string, std::string>& commentedSignatures() {
-  static const std::map<std::string, std::string> all = [] {
-    const std::string mark = "//   ";
-    std::map<std::string, std::string> out;
-    for (const auto& [name, text] : libraryTexts()) {
-      std::istringstream lines(text);
-      for (std::string line; std::getline(lines, line);) {
-        if (line.rfind(mark, 0) != 0) continue;
-        const std::string signature = line.substr(mark.size());
-        for (const Function& function : declarationsOf(tokensOf(signature + ";", "")).functions)
-          if (function.signature == signature) out[function.name] = signature;
-      }
-    }
-    return out;
-  }();
-  return all;
+// The signatures that stand in comments of their own, "//   float gnomonFade(GnomonBlock block, float viewDepth)", by name.
+std::map<std::string, std::string> commentedSignatures(const std::string& text) {
+  const std::string mark = "//   ";
+  std::map<std::string, std::string> out;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind(mark, 0) != 0) continue;
+    const std::string signature = line.substr(mark.size(), line.find_last_not_of('\r') + 1 - mark.size());
+    for (const Function& function : declarationsOf(tokensOf(signature + ";", "")).functions)
+      if (function.signature == signature && function.name.rfind("gnomon", 0) == 0) out[function.name] = signature;
+  }
+  return out;
 }
 
 Library read() {
@@ -82,15 +77,16 @@ const Library& library() {
 }
 
 std::string withFunctions(const std::string& text) {
+  const std::map<std::string, std::string> signatures = commentedSignatures(text);
+  if (signatures.empty()) return text;
   std::map<int, std::string> functions;  // by line
   for (const Directive& directive : directivesOf(text)) {
     const std::string name = directive.rest.substr(0, directive.rest.find('('));
-    const auto at = directive.name == "define" ? commentedSignatures().find(name) : commentedSignatures().end();
-    if (at == commentedSignatures().end()) continue;
+    const auto at = signatures.find(name);
+    if (directive.name != "define" || at == signatures.end()) continue;
     const std::string type = at->second.substr(0, at->second.find(' '));
     functions[directive.line] = at->second + (type == "void" ? " {}" : " { " + type + " result; return result; }");
   }
-  if (functions.empty()) return text;
   std::string out;
   std::istringstream lines(text);
   int number = 0;

@@ -30,8 +30,8 @@ struct Library {
 };
 [[nodiscard]] const Library& library();
 
-// A text in which each of the library's macros that stands for a function is that function, under the signature in its comment and on the
-// macro's line; its body says nothing. What a compiler says of it is said of the names and arguments that the user wrote.
+// An include, or a copy of one, in which each macro that stands for a function is that function, under the signature in its comment and on
+// the macro's line; its body says nothing. What a compiler says of it is said of the names and arguments that the user wrote.
 [[nodiscard]] std::string withFunctions(const std::string& text);
 
 // The file is one of the library's: carried by the tool, or a copy under the same name.

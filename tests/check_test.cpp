@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -45,6 +47,10 @@ Report checkText(const std::string& text, const std::string& target = "", GlslSt
     EXPECT_TRUE(parseTarget(target, shader.targets[0])) << target;
   }
   return checkShader(shader, false);
+}
+
+int lineOf(const std::string& text, const std::string& part) {
+  return 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.find(part)), '\n'));
 }
 
 std::string described(const Report& report) {
@@ -86,7 +92,7 @@ const std::vector<Broken> kCases{
     {"misspelt_function.frag", "", "misspelt_function.frag:9", "'gnomonSelct' is not known", "write gnomonSelect"},
     {"misspelt_macro.frag", "", "misspelt_macro.frag:2", "GNOMON_MAX_PARTITION: there is no such option", "write GNOMON_MAX_PARTITIONS"},
     {"wrong_arguments.frag", "", "wrong_arguments.frag:8", "'gnomonShadow' does not take these arguments",
-     "int map, int index, vec3 world"},
+     "it is float gnomonShadow(GnomonBlock block, int map, int index, vec3 world, vec3 normal)"},
     {"other_include.vert", "", "other_include.vert:5", "'gnomonCastPosition' is in gnomon_cast.glsl", "#include \"gnomon_cast.glsl\""},
     {"too_many_partitions.frag", "", "too_many_partitions.frag:2", "GNOMON_MAX_PARTITIONS is 32", "[1, 16]"},
     {"not_std140.frag", "", "not_std140.frag:4", "block Sun is not std140", "layout(std140) uniform Sun"},
@@ -127,6 +133,64 @@ TEST(Check, BrokenShadersAreDiagnosed) {
     }
 }
 
+// Each call of the includes that is a macro: known by the signature in its comment, as a function is.
+TEST(Check, EveryMacroIsCheckedAsAFunction) {
+  const std::regex define("#define (gnomon[A-Za-z0-9]+)\\(([^)]*)\\)"), comment("//   (\\w+) (gnomon[A-Za-z0-9]+)\\((.*)\\)");
+  const auto matches = [](const std::string& text, const std::regex& pattern) {
+    return std::vector<std::smatch>(std::sregex_iterator(text.begin(), text.end(), pattern), std::sregex_iterator());
+  };
+  std::set<std::string> checked;
+  for (const auto& entry : fs::directory_iterator(GNOMON_GLSL_DIR)) {
+    if (entry.path().extension() != ".glsl") continue;
+    const std::string text = slurp(entry.path()), file = entry.path().filename().string();
+    std::map<std::string, std::smatch> signatures;
+    for (const std::smatch& match : matches(text, comment)) signatures[match[2]] = match;
+    for (const std::smatch& match : matches(text, define)) {
+      const std::string name = match[1];
+      SCOPED_TRACE(name);
+      ASSERT_EQ(signatures.count(name), 1u) << "no signature in a comment";
+      const std::string result = signatures[name][1], parameters = signatures[name][3],
+                        signature = result + " " + name + "(" + parameters + ")";
+      const std::string names = std::regex_replace(parameters, std::regex("(\\w+ )+"), "");  // without types and `out`
+      EXPECT_EQ(names, match[2]) << "the comment's parameters are not the macro's";
+      checked.insert(name);
+
+      const std::string body = result == "void" ? "{}" : "{ return " + result + "(0); }";
+      const auto shader = [&](const std::string& include, const std::string& global, const std::string& call) {
+        return "#version 330 core\n#include \"" + include + "\"\n" +
+               "float gnomonCompare(int map, vec2 uv, float layer, float depth) { return 1.0; }\n" + global + "\nvoid main() {\n" + call +
+               "}\n";
+      };
+      const auto one = [&](const std::string& source, const std::string& said) {
+        const Report report = checkText(source);
+        EXPECT_EQ(report.findings.size(), 1u) << described(report);
+        EXPECT_NE(described(report).find(said), std::string::npos) << said << "\n" << described(report);
+      };
+      const std::string other = "gnomon_block.glsl";  // declares no call
+      const std::string wrong = "shader:6: '" + name + "' does not take these arguments; it is " + signature + " (";
+      const auto arguments = [&](const std::string& each) {  // as many as it takes
+        std::string out = each;
+        for (const char c : names) out += c == ',' ? ", " + each : "";
+        return out;
+      };
+      one(shader(file, "", name + "();"), wrong);  // too few for the preprocessor
+      one(shader(file, "", name + "(gnomon);"), wrong);
+      one(shader(file, "", name + "(" + arguments("gnomon") + ", 1);"), wrong);  // too many
+      one(shader(file, "", name + "(" + arguments("mat2(1.0)") + ");"), wrong);  // of other types
+      one(shader(other, "", name + "(gnomon);"),
+          "shader:6: '" + name + "' is in " + file + ", which is not included; write #include \"" + file);
+      const std::string clash = "shader:4: " + name + " is the library's own (" + file + ":" + std::to_string(lineOf(text, match[0])) + ")";
+      one(shader(file, signature + " " + body, ""), clash);
+      one(shader(file, result + " " + name + "(vec4 much, float too, int many, bool unlike, vec2 the, vec2 librarys) " + body, ""), clash);
+      one(shader(other, signature + " " + body, ""), clash);  // a later include would break it
+      one(shader(file, "#define " + name + "(x) x", ""), "shader:4: #define " + name + ": the name is the library's own");
+    }
+  }
+  for (const char* name :
+       {"gnomonSelect", "gnomonSelectMask", "gnomonShadow", "gnomonBlendWeight", "gnomonCastPosition", "gnomonTexelEdges"})
+    EXPECT_EQ(checked.count(name), 1u) << name;
+}
+
 TEST(Check, AnIncludesErrorShowsTheWayToIt) {
   Shader shader;
   shader.file = (kBroken / "syntax_in_include.frag").string();
@@ -162,10 +226,6 @@ class CheckFiles : public testing::Test {
 
   fs::path m_folder;
 };
-
-int lineOf(const std::string& text, const std::string& part) {
-  return 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.find(part)), '\n'));
-}
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   EXPECT_NE(text.find(from), std::string::npos) << from;
@@ -322,7 +382,17 @@ TEST(Check, TheUsersOwnBlocksAndCopiesAreFine) {
     for (std::string line; std::getline(lines, line);)
       if (line.rfind("#include", 0) != 0) pasted += line + "\n";
   }
-  EXPECT_EQ(described(checkText(pasted + replaced(lookup("", false), "#include \"gnomon.glsl\"", ""))), "");
+  const std::string body = replaced(lookup("", false), "#include \"gnomon.glsl\"", "");
+  EXPECT_EQ(described(checkText(pasted + body)), "");
+  const std::string wrapped =
+      replaced(pasted, "#define gnomonSelect(block, windowDepth, world) ", "#define gnomonSelect(block, windowDepth, world) \\\n  ");
+  EXPECT_EQ(described(checkText(wrapped + body, "450")), "");
+  for (const std::string& copy : {pasted, wrapped}) {
+    const Report wrong = checkText(copy + replaced(body, "gl_FragCoord.z, world", "world"), "450");
+    ASSERT_EQ(wrong.findings.size(), 1u) << described(wrong);
+    EXPECT_EQ(wrong.findings[0].place.line, lineOf(copy + body, "gl_FragCoord.z, world);\n  colour")) << described(wrong);
+    EXPECT_EQ(wrong.findings[0].kind, "arguments") << described(wrong);
+  }
 }
 
 // What compiles and yet deserves a word: a warning, no error.
@@ -360,6 +430,11 @@ TEST(Check, OtherFaults) {
            {head + "#if GNOMON_MAX_PARTITON > 4\n#endif\nvoid main() {}\n",
             "shader:4: GNOMON_MAX_PARTITON is asked for and nothing defines it"},
            {"#version 330 core\nint gnomon;\n#include \"gnomon.glsl\"\nvoid main() {}\n", "shader:2: gnomon is the library's own"},
+           {head + "void main() {\n  int index = gnomonSelect(gnomon, 0.5, 1.0);\n}\n",
+            "shader:5: 'gnomonSelect' does not take these arguments; it is int gnomonSelect(GnomonBlock block, float windowDepth, vec3 "
+            "world)"},
+           {head + "uniform bool isDay;\nvoid main() { colour = vec4(gnomonFade(isDay ? gnomon : gnomon, 1.0)); }\n",
+            "shader:5: 'gnomonFade' is a macro: its block is the name of a uniform"},
            {"\xef\xbb\xbf#version 330 core\nvoid main() {}\n", "shader:1: the file begins with a byte-order mark"},
            {head, "there is no main()"},
            {head + "#error stop here\n", "shader:4: '#error' : stop here"},
@@ -433,9 +508,11 @@ TEST_F(CheckTool, ExitCodesAndText) {
   EXPECT_EQ(bad.code, 1);
   EXPECT_EQ(bad.out.rfind(broken.string() + ":9: error: 'gnomonSelct' is not known; write gnomonSelect\n", 0), 0u) << bad.out;
   EXPECT_NE(bad.out.find(fine.string() + ": fragment, 330 core: fine\n"), std::string::npos) << bad.out;
-  // A finding of some targets only says of which.
-  const Output some = run(quoted(fine) + " --target '330 core' --target '300 es'");
+  // A finding of some targets only says of which: ES alone wants a sampler's precision.
+  const fs::path desktop = write("desktop.frag", replaced(slurp(fine), "highp sampler2DArray", "sampler2DArray"));
+  const Output some = run(quoted(desktop) + " --target '330 core' --target '300 es'");
   EXPECT_EQ(some.code, 1);
+  EXPECT_NE(some.out.find("GLSL ES has no default precision for sampler2DArray"), std::string::npos) << some.out;
   EXPECT_NE(some.out.find("[300 es]"), std::string::npos) << some.out;
 }
 

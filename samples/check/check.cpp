@@ -81,7 +81,7 @@ class Checker {
     const std::size_t before = m_errors;
     if (checkVersion()) {
       m_result = compileGlsl(m_shader.stage, m_source, m_target.kind, false);
-      m_tokens = tokensOf(preprocessGlsl(m_shader.stage, m_source, m_target.kind), m_shader.file);
+      readFunctions();
       m_declarations = declarationsOf(m_tokens);
       checkIncludesVersion();
       checkMacros();
@@ -96,6 +96,19 @@ class Checker {
   }
 
  private:
+  // The library's macros as functions: declarations, and of a shader that fails the messages, by the names that the user wrote.
+  void readFunctions() {
+    GlslSource source = m_source;
+    source.hasFunctions = true;
+    m_tokens = tokensOf(preprocessGlsl(m_shader.stage, source, m_target.kind), m_shader.file);
+    if (m_result.isFine) return;
+    GlslResult read = compileGlsl(m_shader.stage, source, m_target.kind, false);
+    m_isFineAsFunctions = read.isFine;
+    if (std::none_of(read.messages.begin(), read.messages.end(), [](const GlslMessage& message) { return message.isError; })) return;
+    m_result.messages = std::move(read.messages);
+    m_source = std::move(source);
+  }
+
   // ---- Places and findings ----
 
   bool isMain(const std::string& file) const { return file == m_shader.file; }
@@ -346,6 +359,7 @@ class Checker {
     const GlslPlace place = usersPlace(message.place.file.empty() ? GlslPlace{m_shader.file, 0} : message.place);
     const std::string words = compilerSaid(message);
 
+    if (explainMacro(message.place, words)) return;
     if (has(text, "Could not process include directive")) return explainInclude(text.substr(text.rfind(": ") + 2), place);
     if (has(text, "No function definition (body) found")) return explainBodies(text.substr(text.rfind(": ") + 2));
     if (has(text, "Missing entry point"))
@@ -568,6 +582,19 @@ class Checker {
     return true;
   }
 
+  // Fine as a function, not as the macro that it is: its block is an expression.
+  bool explainMacro(const GlslPlace& place, const std::string& words) {
+    if (!m_isFineAsFunctions || isCopy(place.file)) return false;
+    for (const Token& token : m_tokens) {
+      const Function* const own = isSame(token.place, place) ? findFunction(library().functions, token.text) : nullptr;
+      if (!own || own->types.empty() || own->types[0] != "GnomonBlock") continue;
+      error("arguments", place, "'" + token.text + "' is a macro: its block is the name of a uniform, no expression",
+            "it is " + own->signature, words);
+      return true;
+    }
+    return false;
+  }
+
   // ---- Words that other dialects reserve ----
 
   void checkReserved() {
@@ -602,6 +629,7 @@ class Checker {
   GlslSource m_source;
   Version m_version;
   GlslResult m_result;
+  bool m_isFineAsFunctions = false;
   std::vector<Token> m_tokens;
   Declarations m_declarations;
   std::vector<GlslPlace> m_places;  // of this target's errors

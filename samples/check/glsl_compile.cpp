@@ -72,7 +72,7 @@ class Includer final : public glslang::TShader::Includer {
   IncludeResult* keep(const std::string& file, const std::string& text, const char* name, const char* from, std::size_t depth) {
     constexpr std::size_t kDeepest = 64;  // a file that includes itself
     if (depth > kDeepest) return nullptr;
-    const auto [at, isNew] = m_result.texts.emplace(file, text);
+    const auto [at, isNew] = m_result.texts.emplace(file, m_source.hasFunctions ? withFunctions(text) : text);
     if (isNew) m_result.includedFrom[file] = {from, includeLine(m_result.texts[from], name)};
     return new IncludeResult(file, at->second.data(), at->second.size(), nullptr);  // a map's elements stay where they are
   }
@@ -106,7 +106,9 @@ void blankVersion(std::string& text) {
 class Shader {
  public:
   Shader(GlslStage stage, const GlslSource& source, GlslTarget target)
-      : m_body(source.text), m_name(source.name), m_shader(kLanguages[static_cast<std::size_t>(stage)]) {
+      : m_body(source.hasFunctions ? withFunctions(source.text) : source.text),
+        m_name(source.name),
+        m_shader(kLanguages[static_cast<std::size_t>(stage)]) {
     static const Process process;
     if (!source.version.empty()) {
       m_version = "#version " + source.version + "\n";

@@ -25,6 +25,7 @@ struct GlslSource {
   std::vector<std::string> folders;  // include paths
   std::string preamble;  // compiled before the text and after #version, in no file
   std::string version;  // "330 core", "300 es": replaces the text's #version line, or stands for a missing one; empty: as written
+  bool hasFunctions = false;  // every text read by way of withFunctions(): for messages, not for code
 };
 
 struct GlslPlace {

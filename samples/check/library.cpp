@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 
 namespace gnomon::check {
 namespace {
@@ -26,10 +27,25 @@ void readMacros(const std::string& text, Library& out) {
   }
 }
 
+// The signatures that stand in comments of their own, "//   float gnomonFade(GnomonBlock block, float viewDepth)", by name.
+std::map<std::string, std::string> commentedSignatures(const std::string& text) {
+  const std::string mark = "//   ";
+  std::map<std::string, std::string> out;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind(mark, 0) != 0) continue;
+    const std::string signature = line.substr(mark.size(), line.find_last_not_of('\r') + 1 - mark.size());
+    for (const Function& function : declarationsOf(tokensOf(signature + ";", "")).functions)
+      if (function.signature == signature && function.name.rfind("gnomon", 0) == 0) out[function.name] = signature;
+  }
+  return out;
+}
+
 Library read() {
   Library out;
   std::vector<Function> prototypes;
-  for (const auto& [name, text] : libraryTexts()) {
+  for (const auto& [name, written] : libraryTexts()) {
+    const std::string text = withFunctions(written);
     const Declarations declarations = declarationsOf(tokensOf(text, kLibraryFolder + name));
     for (const Function& function : declarations.functions) (function.isDefinition ? out.functions : prototypes).push_back(function);
     out.structs.insert(out.structs.end(), declarations.structs.begin(), declarations.structs.end());
@@ -58,6 +74,32 @@ Library read() {
 const Library& library() {
   static const Library read = check::read();
   return read;
+}
+
+std::string withFunctions(const std::string& text) {
+  const std::map<std::string, std::string> signatures = commentedSignatures(text);
+  if (signatures.empty()) return text;
+  std::map<int, std::string> functions;  // by line
+  for (const Directive& directive : directivesOf(text)) {
+    const std::string name = directive.rest.substr(0, directive.rest.find('('));
+    const auto at = signatures.find(name);
+    if (directive.name != "define" || at == signatures.end()) continue;
+    const std::string type = at->second.substr(0, at->second.find(' '));
+    functions[directive.line] = at->second + (type == "void" ? " {}" : " { " + type + " result; return result; }");
+  }
+  std::string out;
+  std::istringstream lines(text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line); out += "\n") {
+    const auto at = functions.find(++number);
+    if (at == functions.end()) {
+      out += line;
+      continue;
+    }
+    out += at->second;
+    for (; !line.empty() && line.back() == '\\' && std::getline(lines, line); ++number) out += "\n";
+  }
+  return out;
 }
 
 bool isLibraryFile(const std::string& path) {

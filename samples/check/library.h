@@ -20,7 +20,7 @@ namespace gnomon::check {
 inline constexpr const char* kLibraryFolder = "<gnomon>/";
 
 struct Library {
-  std::vector<Function> functions;  // with a body
+  std::vector<Function> functions;  // with a body, or macros that stand for one
   std::vector<Function> hooks;  // without: the host's shader defines them
   std::vector<Struct> structs;
   std::set<std::string> options;  // macros that the host may define
@@ -29,6 +29,10 @@ struct Library {
   int layoutVersion = 0, mostPartitions = 0;
 };
 [[nodiscard]] const Library& library();
+
+// An include, or a copy of one, in which each macro that stands for a function is that function, under the signature in its comment and on
+// the macro's line; its body says nothing. What a compiler says of it is said of the names and arguments that the user wrote.
+[[nodiscard]] std::string withFunctions(const std::string& text);
 
 // The file is one of the library's: carried by the tool, or a copy under the same name.
 [[nodiscard]] bool isLibraryFile(const std::string& path);

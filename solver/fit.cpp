@@ -165,11 +165,13 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   // World-space input is as large as the world position; its rounding is part of the map's.
   const double worldReach = frame.worldSpace ? footprint.reach + std::sqrt(glm::dot(region.eyeWs, region.eyeWs)) : 0.0;
   const double reach = std::max(footprint.reach, worldReach);
-  const auto scaleOf = [](const glm::dvec3& row, double far) { return std::sqrt(row.x * row.x + row.y * row.y) * far + std::abs(row.z); };
-  const glm::dvec2 farthest = glm::max(glm::abs(fit.least), glm::abs(fit.least + fit.size));
-  const double warped = fit.isWarped ? scaleOf(fit.w, reach) : 0.0;
-  const glm::dvec2 rounding = kFloatRounding * (glm::dvec2(scaleOf(fit.s, reach), scaleOf(fit.t, reach)) + farthest * warped) +
-                              region.unevenness * unitsPerWorld(fit);
+  glm::dvec2 rounding(kFloatRounding * reach);
+  if (fit.isWarped) {
+    const auto sizeOf = [&](const glm::dvec3& row) { return std::sqrt(row.x * row.x + row.y * row.y) * reach + std::abs(row.z); };
+    const glm::dvec2 farthest = glm::max(glm::abs(fit.least), glm::abs(fit.least + fit.size));
+    rounding = kFloatRounding * (glm::dvec2(sizeOf(fit.s), sizeOf(fit.t)) + farthest * sizeOf(fit.w));
+  }
+  if (region.unevenness > 0.0) rounding += region.unevenness * unitsPerWorld(fit);
   glm::dvec2 texel;
   if (isStable) {
     // Rounding by a bound that depends on the projection alone, so that the size does.

@@ -166,7 +166,7 @@ TEST(Check, EveryMacroIsCheckedAsAFunction) {
         EXPECT_EQ(report.findings.size(), 1u) << described(report);
         EXPECT_NE(described(report).find(said), std::string::npos) << said << "\n" << described(report);
       };
-      const std::string other = "gnomon_block.glsl";  // declares no call
+      const std::string other = "gnomon_block.glsl";  // declares one call
       const std::string wrong = "shader:6: '" + name + "' does not take these arguments; it is " + signature + " (";
       const auto arguments = [&](const std::string& each) {  // as many as it takes
         std::string out = each;
@@ -177,8 +177,9 @@ TEST(Check, EveryMacroIsCheckedAsAFunction) {
       one(shader(file, "", name + "(gnomon);"), wrong);
       one(shader(file, "", name + "(" + arguments("gnomon") + ", 1);"), wrong);  // too many
       one(shader(file, "", name + "(" + arguments("mat2(1.0)") + ");"), wrong);  // of other types
-      one(shader(other, "", name + "(gnomon);"),
-          "shader:6: '" + name + "' is in " + file + ", which is not included; write #include \"" + file);
+      if (file != other)
+        one(shader(other, "", name + "(gnomon);"),
+            "shader:6: '" + name + "' is in " + file + ", which is not included; write #include \"" + file);
       const std::string clash = "shader:4: " + name + " is the library's own (" + file + ":" + std::to_string(lineOf(text, match[0])) + ")";
       one(shader(file, signature + " " + body, ""), clash);
       one(shader(file, result + " " + name + "(vec4 much, float too, int many, bool unlike, vec2 the, vec2 librarys) " + body, ""), clash);

@@ -56,8 +56,8 @@ TEST(Job, WrongPixelsFallWithResolutionOnBuiltInScenes) {
   }
 }
 
-// Warped maps and faces: no acne (their stored depth varies with w, which the bias must know), no leaks; and what warps gain in
-// prediction they do not lose in the picture.
+// Warped maps and faces: no acne (their stored depth varies with w, which the bias must know: without, nine wrong pixels in ten lie away from
+// any edge), no leaks, no lost casters.
 TEST(Job, WarpedMapsShadowWhatPlainOnesDo) {
   for (const std::string& name : builtInNames()) {
     const BuiltIn scene = makeBuiltIn(name);
@@ -71,23 +71,20 @@ TEST(Job, WarpedMapsShadowWhatPlainOnesDo) {
       frame.light.directionWs = view.lightDirectionWs;
       frame.image = {1280.0, 720.0};
       frame.scene.receivers = {&bounds, 1};
-      frame.budget = {.partitions = 6, .resolution = 1024};
       RenderOptions options;
       options.time = false;
-      const auto wrongOf = [&](LloydScheme scheme, Warp warp, double& needed) {
+      const auto wrongOf = [&](LloydScheme scheme, Warp warp, int maps) {
+        frame.budget = {.partitions = maps, .resolution = 1024};
         auto solution = std::make_unique<Solution>();
         EXPECT_EQ(solveLloyd(frame, {.scheme = scheme, .split = {}, .warp = {.warp = warp}}, *solution), Status::ok);
-        needed = solution->neededTexels;
         return makePicture(renderer, tracer, frame, *solution, options).wrong;
       };
-      double plain = 0.0, least = 0.0, faces = 0.0;
-      const WrongPixels unwarped = wrongOf(LloydScheme::zp, Warp::none, plain), warped = wrongOf(LloydScheme::zpw, Warp::least, least);
+      const WrongPixels plain = wrongOf(LloydScheme::zp, Warp::none, 6), warped = wrongOf(LloydScheme::zpw, Warp::least, 6);
       EXPECT_LE(warped.farShare(), 1.0 / 3.0) << name << " " << view.light;
-      EXPECT_LE(wrongOf(LloydScheme::fpw, Warp::lispsm, faces).farShare(), 1.0 / 3.0) << name << " " << view.light;
-      EXPECT_LE(least, plain * (1.0 + 1e-6));
-      if (least * 1.5 < plain) {
-        EXPECT_LE(warped.share(), unwarped.share() * 1.1) << name << " " << view.light;
-      }
+      EXPECT_LE(warped.share(), plain.share() * 1.3) << name << " " << view.light;
+      const WrongPixels rows = wrongOf(LloydScheme::fpzpw, Warp::lispsm, 16);
+      EXPECT_LE(rows.farShare(), 0.4) << name << " " << view.light;
+      EXPECT_LE(rows.share(), plain.share() * 2.5) << name << " " << view.light;  // faces pay late; with acne it would be ten times
     }
   }
 }

@@ -289,6 +289,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
   for (int s = 0; s < splits.count; ++s) {
     Footprint& footprint = footprints[s];
     footprint.count = 0;
+    footprint.depthNear = footprint.depthFar = 0.0;
     footprint.padded = padSlice(region, splits, s, margin, byViewDepth);
     footprint.reach = farthestReach(region, footprint.padded);
   }

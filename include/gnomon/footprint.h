@@ -27,11 +27,11 @@ inline constexpr int kMaxHull = 64;
 
 // What one map must hold, seen from the light.
 struct Footprint {
-  int count = 0;  // hull vertices, counter-clockwise in light space; 0: nothing
+  int count;  // hull vertices, counter-clockwise in light space; 0: nothing
   glm::dvec2 hull[kMaxHull];
-  double depthNear = 0.0, depthFar = 0.0;  // light-space depths of what must be shadowed
-  double reach = 0.0;  // farthest distance from the eye, for rounding bounds
-  DepthSpan padded{0.0, 0.0};  // view depths covered
+  double depthNear, depthFar;  // light-space depths of what must be shadowed
+  double reach;  // farthest distance from the eye, for rounding bounds
+  DepthSpan padded;  // view depths covered
 };
 
 // Gathers the slices' footprints, each slice padded by the depth quantum and the blend band. One footprint for each slice.
@@ -40,7 +40,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
 
 // The vertices of what a map serves, unpadded: every point it serves is a mean of them.
 struct Served {
-  int count = 0;
+  int count;
   glm::dvec3 points[kMaxHull];  // light space
   double pixels[kMaxHull];  // w_i there, world units
 };

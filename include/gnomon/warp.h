@@ -26,7 +26,7 @@ struct WarpSettings {
 // the footprint and v = 0 on the line through the eye, d = (e^kappa - 1) / L:
 //   w = 1 + d U    s = (U + tau v) / w    t = (v + sigma U) / w
 struct WarpShape {
-  double phi = 0.0, kappa = 0.0, sigma = 0.0, tau = 0.0;
+  double phi, kappa, sigma, tau;
 };
 
 // The texels that a map of this shape needs for error 1 at every vertex served; infinite where the map has no inverse.

@@ -42,6 +42,7 @@ find_package)
   configure "$here/installed" "$out/build" -DCMAKE_PREFIX_PATH="$prefix"
   cmake --build "$out/build"
   compare "$out/build/consumer"
+  ctest --test-dir "$out/build" --output-on-failure --no-tests=error
   ;;
 pkg_config)
   PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name gnomon.pc)")

@@ -1,6 +1,5 @@
 #include "shader.h"
 
-#include <fstream>
 #include <sstream>
 
 namespace gnomon::offscreen {
@@ -19,12 +18,10 @@ std::string withIncludes(const std::string& source) {
       continue;
     }
     const std::size_t from = line.find('"') + 1;
-    const std::string name = line.substr(from, line.find('"', from) - from), path = std::string(GNOMON_FLAT_DIR) + "/" + name;
-    std::ifstream file(path);
-    if (!file) throw std::runtime_error(path + ": cannot be read");
-    std::ostringstream text;
-    text << file.rdbuf();
-    out += "#line 1 " + std::to_string(++parts) + " // flat/" + name + "\n" + text.str() + "#line " + std::to_string(number + 1) + " 0\n";
+    const std::string name = line.substr(from, line.find('"', from) - from);
+    const auto text = flatTexts().find(name);
+    if (text == flatTexts().end()) throw std::runtime_error("#include \"" + name + "\": no such include");
+    out += "#line 1 " + std::to_string(++parts) + " // flat/" + name + "\n" + text->second + "#line " + std::to_string(number + 1) + " 0\n";
   }
   return out;
 }

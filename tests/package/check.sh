@@ -39,7 +39,7 @@ install)  # installed in one place and moved to another
   if grep -rl "$GNOMON_SOURCE\|$out" "$prefix"; then echo "these name the place they were made in"; exit 1; fi
   ;;
 find_package)
-  configure "$here/installed" "$out/build" -DCMAKE_PREFIX_PATH="$prefix"
+  configure "$here/installed" "$out/build" -DCMAKE_PREFIX_PATH="$prefix" -DCHECKS=ON
   cmake --build "$out/build"
   compare "$out/build/consumer"
   ctest --test-dir "$out/build" --output-on-failure --no-tests=error

@@ -60,6 +60,7 @@ TexelError certify(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, c
       const double ss = glm::dot(edgeS, edgeS), tt = glm::dot(edgeT, edgeT), st = glm::dot(edgeS, edgeT);
       squared.s = std::max(squared.s, ss * scale);
       squared.t = std::max(squared.t, tt * scale);
+      if (!((ss + tt) * scale > squared.extent)) continue;  // its largest singular value is no larger than that
       squared.extent = std::max(squared.extent, (ss + tt + std::sqrt((ss - tt) * (ss - tt) + 4.0 * st * st)) / 2.0 * scale);
     }
   constexpr double kInflation = 1.0 + 1e-6;

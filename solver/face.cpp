@@ -84,7 +84,7 @@ Wedge nearWedge(const Region& region, const Side* sides, const int* places, int 
     if (places[i] == places[0] + 2) {  // opposite: the same axis, turned round
       const double turn = glm::dot(sides[i].axis, sides[0].axis) / glm::dot(sides[0].axis, sides[0].axis);
       wedge.start = region.near / turn;
-    } else {
+    } else if (bounds < 2) {
       *free[bounds++] = {-sides[i].axis, region.near};
     }
   }
@@ -108,7 +108,7 @@ void splitFaces(const Region& region, const LightSpace& light, NearFace nearFace
     splits.wedges[splits.count++] = wedge;
   };
   if (near == 1) add(nearWedge(region, sides, places, count));
-  int rows[kFaces];
+  int rows[kFaces] = {};
   for (int i = 0; i < count; ++i) rows[i] = inRows ? (most - near) / count : 1;
   for (int spare = inRows ? (most - near) % count : 0; spare > 0; --spare) {  // what is left goes to the sides that need most
     int neediest = 0;

@@ -70,19 +70,11 @@ double storageBehindZp(double alpha, int k) noexcept { return k * std::exp(2.0 *
 double storageBehindFpZpW(double alpha, int k) noexcept { return 4.0 * selfSimilar(alpha, 1.0, k) + 1.0; }
 
 Status solveLloyd(const Frame& frame, const LloydSettings& settings, Solution& solution) noexcept {
-  clear(solution);
-  double& value = solution.refusedValue;
-  if (const Status status = validate(frame, value); status != Status::ok) return refuse(solution, status);
-  if (const Status status = validate(settings.split, frame.budget, value, solution.refusedIndex); status != Status::ok)
-    return refuse(solution, status);
-  if (value = settings.warp.eta; !(settings.warp.eta >= -1.0 && settings.warp.eta <= 1.0)) return refuse(solution, Status::warpEta);
   Region region;
-  if (const Status status = makeRegion(frame, region, solution.refusedIndex, value); status != Status::ok) return refuse(solution, status);
   LightSpace light;
-  value = firstBad(frame.light.directionWs, 0.0);
-  if (const Status status = makeLightSpace(frame.light, region, FitMode::tight, light); status != Status::ok)
-    return refuse(solution, status);
-  solution.originWs = frame.worldSpace ? glm::dvec3(0.0) : region.eyeWs;
+  if (beginSolve(frame, settings.split, FitMode::tight, region, light, solution) != Status::ok) return solution.status;
+  double& value = solution.refusedValue;
+  if (value = settings.warp.eta; !(settings.warp.eta >= -1.0 && settings.warp.eta <= 1.0)) return refuse(solution, Status::warpEta);
 
   MapSettings making{.fit = FitMode::tight, .warp = settings.warp, .shares = settings.shares};
   if (settings.scheme == LloydScheme::zp) making.warp = {};

@@ -4,6 +4,7 @@
 #include "gnomon/camera.h"
 #include "gnomon/cast.h"
 #include "gnomon/error.h"
+#include "gnomon/frame.h"
 #include "numeric.h"
 
 namespace gnomon {
@@ -51,6 +52,20 @@ void giveRoom(double motion, MapFit& fit) noexcept {
 }
 
 }  // namespace
+
+Status beginSolve(const Frame& frame, const SplitSettings& splitting, FitMode fit, Region& region, LightSpace& light,
+                  Solution& solution) noexcept {
+  clear(solution);
+  double& value = solution.refusedValue;
+  if (const Status status = validate(frame, value); status != Status::ok) return refuse(solution, status);
+  if (const Status status = validate(splitting, frame.budget, value, solution.refusedIndex); status != Status::ok)
+    return refuse(solution, status);
+  if (const Status status = makeRegion(frame, region, solution.refusedIndex, value); status != Status::ok) return refuse(solution, status);
+  value = firstBad(frame.light.directionWs, 0.0);
+  if (const Status status = makeLightSpace(frame.light, region, fit, light); status != Status::ok) return refuse(solution, status);
+  solution.originWs = frame.worldSpace ? glm::dvec3(0.0) : region.eyeWs;
+  return Status::ok;
+}
 
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
              bool byViewDepth, MapFits& maps) noexcept {

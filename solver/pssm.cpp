@@ -22,19 +22,12 @@ Status splitFor(FitMode mode, const Region& region, const SplitSettings& setting
 }  // namespace
 
 Status solvePssm(const Frame& frame, const PssmSettings& settings, Solution& solution) noexcept {
-  clear(solution);
+  Region region;
+  LightSpace light;
+  if (beginSolve(frame, settings.split, settings.fit, region, light, solution) != Status::ok) return solution.status;
   double& value = solution.refusedValue;
-  if (const Status status = validate(frame, value); status != Status::ok) return refuse(solution, status);
-  if (const Status status = validate(settings.split, frame.budget, value, solution.refusedIndex); status != Status::ok)
-    return refuse(solution, status);
   if (settings.fit == FitMode::stable && settings.split.automatic) return refuse(solution, Status::stableAutomatic);
   if (settings.fit == FitMode::stable && !frame.cornersWs.empty()) return refuse(solution, Status::stableCorners);
-  Region region;
-  if (const Status status = makeRegion(frame, region, solution.refusedIndex, value); status != Status::ok) return refuse(solution, status);
-  LightSpace light;
-  value = firstBad(frame.light.directionWs, 0.0);
-  if (const Status status = makeLightSpace(frame.light, region, settings.fit, light); status != Status::ok) return refuse(solution, status);
-  solution.originWs = frame.worldSpace ? glm::dvec3(0.0) : region.eyeWs;
 
   const SplitSettings& splitting = settings.split;
   const int most = splitting.count > 0 ? splitting.count : frame.budget.partitions;

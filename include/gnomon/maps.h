@@ -1,4 +1,5 @@
-// maps: the stages that every method shares once it knows its slices: footprint -> fit -> warp -> atlas -> block.
+// maps: the stages that every method shares, before it chooses its slices (region, light space) and after: footprint -> fit -> warp ->
+// atlas -> block.
 //
 // Shader part: none.
 // Test: tests/maps_test.cpp
@@ -22,6 +23,11 @@ struct MapSettings {
   WarpSettings warp;  // of tight fits
   Shares shares = Shares::equal;
 };
+
+// What every method begins with: checks the frame and the splits, makes region and light space, sets Solution::originWs. Errors: those of
+// validate() for frame and splits, of makeRegion and of makeLightSpace; the solution then says what was refused.
+[[nodiscard]] Status beginSolve(const Frame& frame, const SplitSettings& splitting, FitMode fit, Region& region, LightSpace& light,
+                                Solution& solution) noexcept;
 
 // What every slice's map looks like before it has a place.
 struct MapFits {

@@ -5,6 +5,7 @@
 #include "support.h"
 
 #include "gnomon/lloyd.h"
+#include "gnomon/maps.h"
 #include "gnomon/warp.h"
 
 namespace gnomon::test {
@@ -97,6 +98,44 @@ TEST(Warp, EmittedMatricesReachTheClosedForms) {
       EXPECT_NEAR(widestX * std::abs(isTurned ? span.y : span.x) / kHeight / forms.x, 1.0, 1e-6) << eta << " " << alpha;
       EXPECT_NEAR(widestZ * std::abs(isTurned ? length.x : length.y) / kHeight / forms.y, 1.0, 1e-6) << eta << " " << alpha;
     }
+}
+
+// What the search believes of a shape is what the fit's rows do: texel edges by central differences at the vertices, two-point maps included.
+TEST(Warp, FitsAreTheShapesThatWereSearched) {
+  Random random(351);
+  int twoPoint = 0;
+  for (int k = 0; k < 200; ++k) {
+    Frame frame = usualFrame();
+    frame.camera.forwardWs = random.direction();
+    frame.light.directionWs = random.direction();
+    Region region;
+    LightSpace light;
+    Splits splits;
+    auto solution = std::make_unique<Solution>();
+    double refused = 0.0;
+    ASSERT_EQ(beginSolve(frame, {}, FitMode::tight, region, light, *solution), Status::ok);
+    ASSERT_EQ(split(region, {}, 1, splits, refused), Status::ok);
+    const auto maps = std::make_unique<MapFits>();
+    fitMaps(frame, region, light, splits, {.fit = FitMode::tight, .warp = {.warp = Warp::least}}, false, *maps);
+    const MapFit& fit = maps->fits[0];
+    if (!fit.isWarped) continue;
+    twoPoint += maps->shapes[0].tau != 0.0;
+    const auto at = [&](const glm::dvec2& q) {
+      const glm::dvec3 p(q, 1.0);
+      return glm::dvec2(glm::dot(fit.s, p), glm::dot(fit.t, p)) / glm::dot(fit.w, p);
+    };
+    glm::dvec2 widest(0.0);
+    for (int v = 0; v < maps->served[0].count; ++v) {
+      const glm::dvec2 q(maps->served[0].points[v]);
+      const double pixel = maps->served[0].pixels[v], h = pixel;
+      const glm::dvec2 dx = (at(q + glm::dvec2(h, 0.0)) - at(q - glm::dvec2(h, 0.0))) / (2.0 * h),
+                       dy = (at(q + glm::dvec2(0.0, h)) - at(q - glm::dvec2(0.0, h))) / (2.0 * h);
+      const double determinant = std::abs(dx.x * dy.y - dx.y * dy.x);
+      widest = glm::max(widest, glm::dvec2(std::hypot(dx.y, dy.y), std::hypot(dx.x, dy.x)) / determinant / pixel);
+    }
+    EXPECT_NEAR(fit.size.x * fit.size.y * widest.x * widest.y / maps->neededTexels, 1.0, 1e-2) << k;
+  }
+  EXPECT_GT(twoPoint, 10);
 }
 
 // As pixels come to one width every warp fades into the plain map, without a jump.

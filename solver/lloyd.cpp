@@ -8,18 +8,20 @@ namespace {
 
 bool hasFaces(LloydScheme scheme) noexcept { return scheme == LloydScheme::fpw || scheme == LloydScheme::fpzpw; }
 
-// The partitions of one scheme, at most `count`.
-Status splitByScheme(const Region& region, const LightSpace& light, const LloydSettings& settings, LloydScheme scheme, int count,
-                     Splits& splits, double& refused, std::uint32_t& warnings) noexcept {
+// The partitions of one scheme, at most `count`, for maps that are made so.
+Status splitByScheme(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings,
+                     const MapSettings& making, LloydScheme scheme, int count, Splits& splits, double& refused,
+                     std::uint32_t& warnings) noexcept {
   if (hasFaces(scheme)) {
     splitFaces(region, light, settings.nearFace, count, scheme == LloydScheme::fpzpw, splits);
     if (splits.count > 0 || region.spanCount == 0) return Status::ok;
     warnings |= static_cast<std::uint32_t>(Warning::facesMissing);
     splits = {};
   }
-  SplitSettings splitting = settings.split;
-  if (scheme == LloydScheme::w) splitting = {};
-  return split(region, splitting, scheme == LloydScheme::w ? 1 : count, splits, refused);
+  if (scheme == LloydScheme::w) return split(region, {}, 1, splits, refused);
+  if (!settings.minimax) return split(region, settings.split, count, splits, refused);
+  splitMinimax(frame, region, light, making, count, splits);
+  return Status::ok;
 }
 
 struct Choice {
@@ -28,7 +30,8 @@ struct Choice {
 };
 
 // The scheme and count that need the fewest texels.
-Choice findBest(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings, int most) noexcept {
+Choice findBest(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings, const MapSettings& making,
+                int most) noexcept {
   Choice best{LloydScheme::zpw, most};
   double least = kInfinity;
   MapFits maps;
@@ -37,11 +40,10 @@ Choice findBest(const Frame& frame, const Region& region, const LightSpace& ligh
     double refused = 0.0;
     std::uint32_t warnings = 0;
     splits = {};
-    if (splitByScheme(region, light, settings, scheme, count, splits, refused, warnings) != Status::ok || warnings != 0 ||
+    if (splitByScheme(frame, region, light, settings, making, scheme, count, splits, refused, warnings) != Status::ok || warnings != 0 ||
         splits.count == 0)
       return false;
-    fitMaps(frame, region, light, splits, {.fit = FitMode::tight, .warp = settings.warp, .shares = settings.shares},
-            needsViewDepth(region, splits), maps);
+    fitMaps(frame, region, light, splits, making, needsViewDepth(region, splits), maps);
     if (!(maps.neededTexels < least)) return false;
     least = maps.neededTexels;
     best = {scheme, count};
@@ -77,15 +79,16 @@ Status solveLloyd(const Frame& frame, const LloydSettings& settings, Solution& s
   if (value = settings.warp.eta; !(settings.warp.eta >= -1.0 && settings.warp.eta <= 1.0)) return refuse(solution, Status::warpEta);
 
   MapSettings making{.fit = FitMode::tight, .warp = settings.warp, .shares = settings.shares};
-  if (settings.scheme == LloydScheme::zp) making.warp = {};
   const bool isBest = settings.scheme == LloydScheme::best;
+  if (settings.scheme == LloydScheme::zp) making.warp = {};
+  if (isBest) making.warp = {.warp = Warp::least};
   const int most = settings.split.count > 0 ? settings.split.count : frame.budget.partitions;
   for (int count = settings.split.automatic && !isBest ? 1 : most;; ++count) {
     clear(solution);
-    const Choice choice = isBest ? findBest(frame, region, light, settings, most) : Choice{settings.scheme, count};
+    const Choice choice = isBest ? findBest(frame, region, light, settings, making, most) : Choice{settings.scheme, count};
     Splits splits;
     std::uint32_t warnings = 0;
-    if (const Status status = splitByScheme(region, light, settings, choice.scheme, choice.count, splits, value, warnings);
+    if (const Status status = splitByScheme(frame, region, light, settings, making, choice.scheme, choice.count, splits, value, warnings);
         status != Status::ok)
       return refuse(solution, status);
     if (const Status status = makeMaps(frame, region, light, splits, making, solution); status != Status::ok)

@@ -17,9 +17,8 @@ constexpr LloydScheme kSchemes[] = {LloydScheme::w,   LloydScheme::zp,    LloydS
 
 TEST(Lloyd, RefusesAnEtaOutOfRange) {
   for (const double bad : {-1.1, 1.1, std::nan("")})
-    EXPECT_EQ(solve(usualFrame(), {.scheme = LloydScheme::zpw, .split = {}, .warp = {.warp = Warp::eta, .eta = bad}})->status,
-              Status::warpEta);
-  EXPECT_EQ(solve(usualFrame(), {.scheme = LloydScheme::zpw, .split = {}, .warp = {.warp = Warp::eta, .eta = 1.0}})->status, Status::ok);
+    EXPECT_EQ(solve(usualFrame(), {.scheme = LloydScheme::zpw, .warp = {.warp = Warp::eta, .eta = bad}})->status, Status::warpEta);
+  EXPECT_EQ(solve(usualFrame(), {.scheme = LloydScheme::zpw, .warp = {.warp = Warp::eta, .eta = 1.0}})->status, Status::ok);
 }
 
 // Where faces cannot serve, slices do, and the answer says so.
@@ -27,7 +26,7 @@ TEST(Lloyd, WarnsWhereFacesAreMissing) {
   Frame frame = usualFrame();
   frame.light.directionWs = frame.camera.forwardWs;
   frame.budget.partitions = 3;
-  const auto solution = solve(frame, {.scheme = LloydScheme::fpw, .split = {}});
+  const auto solution = solve(frame, {.scheme = LloydScheme::fpw});
   EXPECT_EQ(solution->status, Status::ok);
   EXPECT_EQ(solution->partitionCount, 3);
   EXPECT_TRUE(solution->warnings & static_cast<std::uint32_t>(Warning::facesMissing));
@@ -65,7 +64,7 @@ void checkCoverage(const Frame& frame, const Solution& solution, Random& random,
 // Every scheme and warp, over lights in all directions, exactly along, against and across the view and the axes, and a rolled camera.
 TEST(Lloyd, CoversAsPredicted) {
   Random random(321);
-  for (int k = 0; k < 1200; ++k) {
+  for (int k = 0; k < 10000; ++k) {
     Frame frame = usualFrame();
     frame.camera.forwardWs = k % 4 == 0 ? glm::dvec3(0, 0, -1) : random.direction();
     frame.camera.upWs = k % 4 == 0 ? glm::dvec3(0, 1, 0) : random.direction();
@@ -86,7 +85,7 @@ TEST(Lloyd, CoversAsPredicted) {
     ASSERT_EQ(solution->status, Status::ok) << k;
     ASSERT_TRUE(isFinite(*solution)) << k;
     ASSERT_LE(solution->partitionCount, frame.budget.partitions);
-    checkCoverage(frame, *solution, random, 40);
+    checkCoverage(frame, *solution, random, 20);
     ASSERT_FALSE(HasFailure()) << k;
   }
 }
@@ -100,7 +99,7 @@ TEST(Lloyd, BestIsNoWorseThanAnyScheme) {
     frame.light.directionWs = random.direction();
     frame.camera.far = random.logUniform(1.0, 1000.0);
     frame.budget.partitions = 1 + random.index(12);
-    LloydSettings settings{.scheme = LloydScheme::best, .split = {}, .warp = {.warp = Warp::least}};
+    LloydSettings settings{.scheme = LloydScheme::best, .warp = {.warp = Warp::least}};
     const double best = solve(frame, settings)->neededTexels;
     for (const LloydScheme scheme : kSchemes) {
       settings.scheme = scheme;
@@ -116,7 +115,7 @@ TEST(Lloyd, SharesEqualiseError) {
   frame.budget.resolution = 2048;
   frame.budget.partitions = 9;
   for (const LloydScheme scheme : {LloydScheme::zpw, LloydScheme::fpzpw}) {
-    const auto solution = solve(frame, {.scheme = scheme, .split = {}});
+    const auto solution = solve(frame, {.scheme = scheme});
     ASSERT_GT(solution->partitionCount, 3);
     double least = kInfinity;
     for (int i = 0; i < solution->partitionCount; ++i)
@@ -135,7 +134,7 @@ TEST(Lloyd, NeededIsContinuousInTheLight) {
       for (int i = -200; i <= 200; ++i) {
         const double angle = from + i * 1e-4;
         frame.light.directionWs = axes.forward * std::cos(angle) + glm::normalize(axes.up * 0.8 + axes.right * 0.6) * std::sin(angle);
-        const double needed = solve(frame, {.scheme = LloydScheme::zpw, .split = {}, .warp = {.warp = warp}})->neededTexels;
+        const double needed = solve(frame, {.scheme = LloydScheme::zpw, .warp = {.warp = warp}})->neededTexels;
         if (last > 0.0) {
           EXPECT_NEAR(needed / last, 1.0, 0.02) << static_cast<int>(warp) << " " << angle;
         }
@@ -148,7 +147,7 @@ TEST(Lloyd, AllocatesNothing) {
   auto solution = std::make_unique<Solution>();
   for (const LloydScheme scheme : kSchemes) {
     const auto before = allocationCount();
-    (void)solveLloyd(usualFrame(), {.scheme = scheme, .split = {}, .warp = {.warp = Warp::least}}, *solution);
+    (void)solveLloyd(usualFrame(), {.scheme = scheme, .warp = {.warp = Warp::least}}, *solution);
     EXPECT_EQ(allocationCount(), before);
   }
 }

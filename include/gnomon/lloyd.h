@@ -8,6 +8,7 @@
 
 #include "gnomon/face.h"
 #include "gnomon/maps.h"
+#include "gnomon/minimax.h"
 #include "gnomon/split.h"
 #include "gnomon/types.h"
 #include "gnomon/warp.h"
@@ -20,13 +21,14 @@ enum class LloydScheme : std::uint8_t {
   zpw,  // z-partitions, each warped
   fpw,  // face partitions, each warped
   fpzpw,  // face partitions in rows, each warped
-  best,  // whichever of them needs the fewest texels, with any count of maps the budget allows
+  best,  // whichever of them needs the fewest texels, with any count of maps the budget allows and Warp::least
 };
 
 struct LloydSettings {
   LloydScheme scheme = LloydScheme::zpw;
-  SplitSettings split;  // of z-partitions; best tries logarithmic counts
-  WarpSettings warp{.warp = Warp::lispsm, .eta = 0.0};
+  SplitSettings split = {};  // of z-partitions
+  bool minimax = false;  // z-partitions by what their maps need (gnomon/minimax.h): of split, count and automatic alone are then read
+  WarpSettings warp{.warp = Warp::lispsm, .eta = 0.0};  // zp has none, best takes least
   Shares shares = Shares::error;
   NearFace nearFace = NearFace::own;
 };

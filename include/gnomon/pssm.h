@@ -13,7 +13,7 @@
 namespace GNOMON_EXPORT gnomon {
 
 struct PssmSettings {
-  SplitSettings split;
+  SplitSettings split = {};
   FitMode fit = FitMode::tight;
 };
 

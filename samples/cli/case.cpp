@@ -414,6 +414,7 @@ void parseBudget(const Json& value, Budget& budget) {
 
 const Words kLaterMethods = {"single", "sdsm", "lspsm", "auto"};
 const Words kSplitWords = {"uniform", "logarithmic", "practical", "explicit"};
+const Words kLloydSplitWords = {"uniform", "logarithmic", "practical", "explicit", "minimax"};
 const Words kFitWords = {"tight", "slice", "stable"};
 const Words kSchemeWords = {"w", "zp", "zp+w", "fp+w", "fp+zp+w", "best"};
 const Words kWarpWords = {"none", "lispsm", "psm", "tsm", "eta", "least"};
@@ -426,8 +427,10 @@ void choiceIf(const Fields& fields, const std::string& key, const Words& words, 
   if (const int choice = fields.choice(key, words); choice >= 0) value = static_cast<Enum>(choice);
 }
 
-void parseSplit(const Fields& fields, SplitSettings& split, std::vector<double>& depths) {
-  choiceIf(fields, "split", kSplitWords, split.scheme);
+// Returns the place of the word that method.split has, or -1.
+int parseSplit(const Fields& fields, const Words& words, SplitSettings& split, std::vector<double>& depths) {
+  const int scheme = fields.choice("split", words);
+  if (scheme >= 0 && scheme < static_cast<int>(kSplitWords.size())) split.scheme = static_cast<SplitScheme>(scheme);
   fields.numberIf("lambda", Status::splitLambda, split.lambda);
   fields.numberIf("bias", Status::splitBias, split.bias);
   const bool isExplicit = split.scheme == SplitScheme::explicitDepths;
@@ -452,6 +455,7 @@ void parseSplit(const Fields& fields, SplitSettings& split, std::vector<double>&
       if (split.count <= 0) refuse("method.count", rule, std::to_string(split.count));
     }
   }
+  return scheme;
 }
 
 void parseMethod(const Json& value, Case& out) {
@@ -471,12 +475,12 @@ void parseMethod(const Json& value, Case& out) {
   for (const Setting& setting : method->settings) allowed.push_back(setting.name);
   const Fields fields(value, "method", allowed);
   if (out.method == "pssm") {
-    parseSplit(fields, out.pssm.split, out.splits);
+    (void)parseSplit(fields, kSplitWords, out.pssm.split, out.splits);
     choiceIf(fields, "fit", kFitWords, out.pssm.fit);
     return;
   }
   LloydSettings& lloyd = out.lloyd;
-  parseSplit(fields, lloyd.split, out.splits);
+  lloyd.minimax = parseSplit(fields, kLloydSplitWords, lloyd.split, out.splits) == static_cast<int>(kSplitWords.size());
   choiceIf(fields, "scheme", kSchemeWords, lloyd.scheme);
   choiceIf(fields, "warp", kWarpWords, lloyd.warp.warp);
   fields.numberIf("eta", Status::warpEta, lloyd.warp.eta);
@@ -650,16 +654,16 @@ const std::vector<Method>& methods() {
   static const std::vector<Method> list = [] {
     const auto word = [](const Words& words, auto value) { return words[static_cast<std::size_t>(value)]; };
     const SplitSettings split;
-    const std::vector<Setting> splitting = {
-        {"split", join(kSplitWords), word(kSplitWords, split.scheme), "how the slices share the depth range"},
+    const std::vector<Setting> planes = {
         {"lambda", "number in [0, 1]", split.lambda, "practical: weight of the logarithmic planes"},
         {"bias", "number >= 0", split.bias, "practical: added to the interior planes, world units"},
         {"splits", "list of view depths, strictly increasing", nullptr, "explicit: the interior planes (needed there, refused elsewhere)"},
         {"count", "whole number in [1, budget.partitions], or automatic", nullptr,
          "slices; left out: as many as the budget allows; automatic: the fewest that meet budget.target_error"},
     };
-    const auto with = [&](std::vector<Setting> more) {
-      std::vector<Setting> all = splitting;
+    const auto with = [&](const Words& words, const std::string& meaning, const std::vector<Setting>& more) {
+      std::vector<Setting> all = {{"split", join(words), word(words, split.scheme), meaning}};
+      all.insert(all.end(), planes.begin(), planes.end());
       all.insert(all.end(), more.begin(), more.end());
       return all;
     };
@@ -667,13 +671,15 @@ const std::vector<Method>& methods() {
     const LloydSettings lloyd;
     return std::vector<Method>{
         {"pssm", "parallel-split shadow maps: one map for each slice of view depth [Zhang 2006]",
-         with({{"fit", join(kFitWords), word(kFitWords, pssm.fit),
+         with(kSplitWords, "how the slices share the depth range",
+              {{"fit", join(kFitWords), word(kFitWords, pssm.fit),
                 "tight: fewest texels; slice: the paper's box; stable: still shadows while the camera moves"}})},
         {"lloyd", "warped maps of slices of view depth or of the view's faces [Lloyd 2006]",
-         with({{"scheme", join(kSchemeWords), word(kSchemeWords, lloyd.scheme),
+         with(kLloydSplitWords, "how the slices share the depth range; minimax: by what their maps need",
+              {{"scheme", join(kSchemeWords), word(kSchemeWords, lloyd.scheme),
                 "w: one warped map; zp: slices; fp: faces; +w: warped; best: whichever needs the fewest texels"},
                {"warp", join(kWarpWords), word(kWarpWords, lloyd.warp.warp),
-                "how far the maps are warped; least: the projective map that needs the fewest texels"},
+                "how far the maps are warped; least: the projective map that needs the fewest texels (best takes no other)"},
                {"eta", "number in [-1, 1]", lloyd.warp.eta, "with warp eta: -1 none, 0 lispsm, 1 psm"},
                {"shares", join(kShareWords), word(kShareWords, lloyd.shares),
                 "of the texels: equal, or so that every map has the same error"},

@@ -1,0 +1,117 @@
+#include "gnomon/minimax.h"
+
+#include "numeric.h"
+
+namespace gnomon {
+namespace {
+
+// Where one slice may end and the next begin: two depths where a gap between receivers lies there.
+struct Joint {
+  double end, start;
+};
+
+constexpr int kGrid = 24;  // steps across the region that are tried first, at least
+constexpr int kRounds = 6;  // halvings of a step about the best
+constexpr int kMaxJoints = 1 + kGrid + kMaxPartitions + kMaxSpans;
+constexpr int kTried = 3;  // joints tried for each plane in a round
+
+// In order, each once; the first begins the region and the last ends it.
+struct Joints {
+  int count = 2;
+  Joint joints[kMaxJoints];
+};
+
+// The joint at a depth inside the region.
+Joint jointAt(const Region& region, double depth) noexcept {
+  for (int i = 0; i + 1 < region.spanCount; ++i)
+    if (depth >= region.spans[i].far && depth <= region.spans[i + 1].near) return {region.spans[i].far, region.spans[i + 1].near};
+  return {depth, depth};
+}
+
+void insert(Joints& list, const Joint& joint) noexcept {
+  Joint* const last = list.joints + list.count - 1;
+  if (!(joint.start > list.joints[0].start) || !(joint.end < last->end)) return;
+  Joint* const place = std::lower_bound(list.joints + 1, last, joint, [](const Joint& a, const Joint& b) { return a.start < b.start; });
+  if (place != last && place->start == joint.start) return;
+  std::move_backward(place, last + 1, last + 2);
+  *place = joint;
+  ++list.count;
+}
+
+// The cheapest chain of at most `count` slices between joints no farther apart than `reach` places. Returns its joints.
+template <typename Cost, typename Sum>
+Joints cheapestChain(const Joints& from, int count, int reach, const Cost& cost, const Sum& sum) noexcept {
+  const int last = from.count - 1;
+  double least[kMaxPartitions + 1][kMaxJoints];
+  int before[kMaxPartitions + 1][kMaxJoints];
+  for (int k = 0; k <= count; ++k) std::fill(least[k], least[k] + from.count, kInfinity);
+  least[0][0] = 0.0;
+  for (int a = 0; a < last; ++a)
+    for (int b = a + 1; b <= std::min(a + reach, last); ++b) {
+      const double own = cost(from.joints[a].start, from.joints[b].end);
+      for (int k = 1; k <= count; ++k)
+        if (const double total = sum(least[k - 1][a], own); total < least[k][b]) {
+          least[k][b] = total;
+          before[k][b] = a;
+        }
+    }
+  int slices = 1;
+  for (int k = 2; k <= count; ++k)
+    if (least[k][last] < least[slices][last]) slices = k;
+  Joints chain;
+  chain.count = slices + 1;
+  chain.joints[0] = from.joints[0];
+  for (int k = slices, at = last; k > 0; --k) {
+    chain.joints[k] = from.joints[at];
+    at = before[k][at];
+  }
+  return chain;
+}
+
+}  // namespace
+
+void splitMinimax(const Frame& frame, const Region& region, const LightSpace& light, const MapSettings& settings, int count,
+                  Splits& splits) noexcept {
+  splits.count = 0;
+  splits.isWedged = false;
+  if (region.spanCount == 0) return;
+  const bool isPerspective = region.camera.projection == Projection::perspective;
+  const auto depthOf = [&](double step) { return isPerspective ? std::exp(step) : step; };
+  const auto stepOf = [&](double depth) { return isPerspective ? std::log(depth) : depth; };
+  MapFits maps;
+  const auto cost = [&](double near, double far) {
+    Splits one;
+    one.count = 1;
+    one.slices[0] = {near, far};
+    fitMaps(frame, region, light, one, settings, false, maps);
+    return maps.neededTexels;
+  };
+  const auto choose = [&](const Joints& from, int reach) {
+    return settings.shares == Shares::equal ? cheapestChain(from, count, reach, cost, [](double a, double b) { return std::max(a, b); })
+                                            : cheapestChain(from, count, reach, cost, [](double a, double b) { return a + b; });
+  };
+
+  const double near = region.spans[0].near, far = region.spans[region.spanCount - 1].far;
+  const int steps = (kGrid + count - 1) / count * count;  // so that planes of equal ratio are among them
+  double step = (stepOf(far) - stepOf(near)) / steps;
+  Joints all;
+  all.joints[0] = {near, near};
+  all.joints[1] = {far, far};
+  Joints tried = all;
+  for (int i = 1; i < steps; ++i) insert(tried, jointAt(region, depthOf(stepOf(near) + i * step)));
+  for (int i = 0; i + 1 < region.spanCount; ++i) insert(tried, {region.spans[i].far, region.spans[i + 1].near});
+  Joints chain = choose(tried, tried.count);
+  for (int round = 0; round < kRounds; ++round) {
+    step /= 2.0;
+    tried = all;
+    for (int i = 1; i + 1 < chain.count; ++i) {
+      insert(tried, chain.joints[i]);
+      insert(tried, jointAt(region, depthOf(stepOf(chain.joints[i].end) - step)));
+      insert(tried, jointAt(region, depthOf(stepOf(chain.joints[i].start) + step)));
+    }
+    chain = choose(tried, 2 * kTried - 1);
+  }
+  for (int i = 0; i + 1 < chain.count; ++i) splits.slices[splits.count++] = {chain.joints[i].start, chain.joints[i + 1].end};
+}
+
+}  // namespace gnomon

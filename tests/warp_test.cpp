@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <fstream>
 
 #include <nlohmann/json.hpp>
@@ -136,6 +137,116 @@ TEST(Warp, FitsAreTheShapesThatWereSearched) {
     EXPECT_NEAR(fit.size.x * fit.size.y * widest.x * widest.y / maps->neededTexels, 1.0, 1e-2) << k;
   }
   EXPECT_GT(twoPoint, 10);
+}
+
+// Points of the light plane and the pixel width at each: what `least` searches for.
+struct Points {
+  std::vector<glm::dvec2> at;
+  std::vector<double> pixel;
+};
+
+// Texels that a projective map of (phi, kappa, sigma, tau) needs, from the derivatives of its two quotients.
+double texelsOf(const Points& points, const glm::dvec4& shape) {
+  const double c = std::cos(shape.x), s = std::sin(shape.x);
+  double from = kInfinity, to = -kInfinity;
+  for (const glm::dvec2& p : points.at) {
+    from = std::min(from, c * p.x + s * p.y);
+    to = std::max(to, c * p.x + s * p.y);
+  }
+  const double d = std::expm1(shape.y) / (to - from);
+  glm::dvec2 least(kInfinity), most(-kInfinity), widest(0.0);
+  for (std::size_t i = 0; i < points.at.size(); ++i) {
+    const double u = c * points.at[i].x + s * points.at[i].y - from, v = c * points.at[i].y - s * points.at[i].x;
+    const double w = 1.0 + d * u, a = (u + shape.w * v) / w, b = (v + shape.z * u) / w;
+    least = glm::min(least, glm::dvec2(a, b));
+    most = glm::max(most, glm::dvec2(a, b));
+    // da = (1 - a d, tau) / w, db = (sigma - b d, 1) / w along (u, v); a texel's edges are the columns of the inverse.
+    const double det = std::abs((1.0 - a * d) - shape.w * (shape.z - b * d)) / w;
+    widest = glm::max(widest, glm::dvec2(std::hypot(shape.z - b * d, 1.0), std::hypot(1.0 - a * d, shape.w)) / (det * points.pixel[i]));
+  }
+  const double texels = (most.x - least.x) * (most.y - least.y) * widest.x * widest.y;
+  return shape.y >= 0.0 && std::isfinite(texels) ? texels : kInfinity;
+}
+
+// The fewest texels that some hundred starts and a long compass search from the best of them reach.
+double leastTexels(const Points& points, double logRatio) {
+  std::vector<std::pair<double, glm::dvec4>> starts;
+  const auto start = [&](const glm::dvec4& shape) { starts.emplace_back(texelsOf(points, shape), shape); };
+  constexpr int kAngles = 24;
+  for (int i = 0; i < kAngles; ++i) {
+    const double phi = 2.0 * kPi * i / kAngles;
+    for (const double share : {0.0, 0.15, 0.3, 0.5, 0.7}) start({phi, share * logRatio, 0.0, 0.0});
+    for (const double sigma : {0.3, 0.8, 2.0, 5.0})
+      for (const double sign : {-1.0, 1.0}) start({phi, 0.55 * logRatio, sign * sigma, -sign * (sigma > 0.45 ? 1.0 / sigma : 0.9 * sigma)});
+  }
+  constexpr std::size_t kRefined = 12;
+  std::partial_sort(starts.begin(), starts.begin() + kRefined, starts.end(),
+                    [](const auto& a, const auto& b) { return a.first < b.first; });
+  double least = kInfinity;
+  for (std::size_t n = 0; n < kRefined; ++n) {
+    auto [texels, shape] = starts[n];
+    glm::dvec4 step{0.15, 0.08 * logRatio, 0.2, 0.15};
+    for (int round = 0; round < 80 && step.x > 1e-3; ++round) {
+      const glm::dvec4 from = shape;
+      for (int i = 0; i < 4; ++i)
+        for (const double sign : {-1.0, 1.0}) {
+          glm::dvec4 next = shape;
+          next[i] += sign * step[i];
+          if (const double trial = texelsOf(points, next); trial < texels) {
+            texels = trial;
+            shape = next;
+          }
+        }
+      if (shape == from) step /= 2.0;
+    }
+    least = std::min(least, texels);
+  }
+  return least;
+}
+
+// The search's few dozen trials against brute force, over slices of random views of every ratio, whole ones and ones cut by a box.
+TEST(Warp, LeastIsCloseToTheBestOfAllMaps) {
+  Random random(352);
+  double sum = 0.0, worst = 1.0;
+  int count = 0;
+  for (int tried = 0; tried < 3000 && count < 1000; ++tried) {
+    Frame frame = usualFrame();
+    frame.camera = perspective({1.0, 2.0, 3.0}, random.direction(), random.direction(), random.uniform(0.5, 1.8), random.uniform(0.6, 2.4),
+                               0.1, 0.1 * std::pow(random.logUniform(50.0, 2e4), 1.0 / (1 + random.index(8))));
+    frame.light.directionWs = random.direction();
+    const double depth = random.logUniform(frame.camera.near, frame.camera.far);
+    const glm::dvec3 centre = frame.camera.positionWs + viewPoint(frame.camera, random.uniform(), random.uniform(), depth);
+    const Box box{centre - glm::dvec3(random.uniform(), random.uniform(), random.uniform()) * depth,
+                  centre + glm::dvec3(random.uniform(), random.uniform(), random.uniform()) * depth};
+    if (count % 3 == 0) frame.scene.receivers = {&box, 1};
+    Region region;
+    LightSpace light;
+    Splits splits;
+    const auto solution = std::make_unique<Solution>();
+    double refused = 0.0;
+    ASSERT_EQ(beginSolve(frame, {}, FitMode::tight, region, light, *solution), Status::ok);
+    ASSERT_EQ(split(region, {}, 1, splits, refused), Status::ok);
+    const auto maps = std::make_unique<MapFits>();
+    fitMaps(frame, region, light, splits, {.fit = FitMode::tight, .warp = {.warp = Warp::least}}, false, *maps);
+    const Served& served = maps->served[0];
+    if (splits.count == 0 || served.count < 3) continue;
+    Points points;
+    double narrowest = kInfinity, widest = 0.0;
+    for (int i = 0; i < served.count; ++i) {
+      points.at.emplace_back(served.points[i]);
+      points.pixel.push_back(served.pixels[i]);
+      narrowest = std::min(narrowest, served.pixels[i]);
+      widest = std::max(widest, served.pixels[i]);
+    }
+    const double ratio = maps->neededTexels / leastTexels(points, std::log(widest / narrowest));
+    if (!(ratio > 0.0) || !std::isfinite(ratio)) continue;
+    ++count;
+    sum += std::max(ratio, 1.0);
+    worst = std::max(worst, ratio);
+  }
+  RecordProperty("above_the_optimum", std::to_string(sum / count - 1.0) + " on average, " + std::to_string(worst - 1.0) + " at worst");
+  EXPECT_LE(sum / count, 1.03);
+  EXPECT_LE(worst, 1.15);
 }
 
 // As pixels come to one width every warp fades into the plain map, without a jump.

@@ -10,7 +10,7 @@ TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport,
   const glm::dvec3 s = glm::dvec3(clipFromWorld[0][0], clipFromWorld[1][0], clipFromWorld[2][0]) * (viewport.z / 2.0);
   const glm::dvec3 t = glm::dvec3(clipFromWorld[0][1], clipFromWorld[1][1], clipFromWorld[2][1]) * (viewport.w / 2.0);
   const glm::dvec3 sFlat = glm::cross(s, directionWs), tFlat = glm::cross(t, directionWs);  // lengths on the light plane
-  const double determinant = std::abs(glm::dot(glm::cross(s, t), directionWs));
+  const double determinant = std::abs(glm::dot(s, tFlat));
   if (!(determinant > 0.0)) return {kInfinity, kInfinity, kInfinity};
   // Edges of the parallelogram that the inverse Jacobian maps a texel to, and its largest singular value:
   // sigma_max of the Jacobian over the determinant. sigma_max^2 = (S + T + sqrt((S - T)^2 + 4 (s.t)^2)) / 2, S and T the squared lengths.

@@ -41,10 +41,6 @@ struct MapFit {
 // tight is the least area within 1e-4.
 void fitSlices(const Region& region, const Footprint* footprints, int count, FitMode mode, const double* pixels, MapFit* fits) noexcept;
 
-// True where b is a, scaled about the eye, as near as makes no difference to the choice of an axis or a warp: so are the slices of equal
-// ratio of a whole perspective view.
-[[nodiscard]] bool isScaled(const Footprint& a, const Footprint& b) noexcept;
-
 // How many units of s and of t a world length of 1 may span, at most.
 [[nodiscard]] glm::dvec2 unitsPerWorld(const MapFit& fit) noexcept;
 

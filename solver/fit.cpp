@@ -119,6 +119,7 @@ void fitSlices(const Region& region, const Footprint* footprints, int count, Fit
            .size = glm::dvec2(side),
            .stretch = glm::dvec2(1.0),
            .isWarped = false,
+           .needed = 0.0,
            .aspect = 1.0,
            .depthNear = footprint.depthNear,
            .depthFar = footprint.depthFar};
@@ -134,6 +135,7 @@ void fitSlices(const Region& region, const Footprint* footprints, int count, Fit
       fitLeast(footprint, pixels[i], fit);
       if (fit.size.x < fit.size.y) fitAlong(footprint, glm::dvec2(fit.t), pixels[i], fit);  // lying rectangles shelve better
     }
+    fit.needed = fit.size.x * fit.size.y / (pixels[i] * pixels[i]);
     if (mode == FitMode::tight) fit.aspect = fit.size.x / fit.size.y;
   }
 }

@@ -87,11 +87,7 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
       const WarpShape* known = like != i ? &maps.shapes[like] : nullptr;
       maps.shapes[i] = warpFit(settings.warp, light, maps.footprints[i], maps.served[i], axis, known, maps.fits[i]);
     }
-    const MapFit& fit = maps.fits[i];
-    maps.needed[i] = maps.footprints[i].count == 0 ? 0.0
-                     : fit.isWarped                ? neededTexels(maps.served[i], maps.shapes[i])
-                                                   : fit.size.x * fit.size.y / (maps.pixels[i] * maps.pixels[i]);
-    maps.neededTexels += maps.needed[i];
+    maps.neededTexels += maps.fits[i].needed;
   }
 }
 
@@ -109,7 +105,7 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
     if (maps.footprints[i].count > 0) giveRoom(frame.margin.motion[m++], maps.fits[i]);
   double shares[kMaxPartitions];
   const bool isShared = settings.shares == Shares::error && maps.neededTexels > 0.0;
-  for (int i = 0; isShared && i < splits.count; ++i) shares[i] = maps.needed[i] / maps.neededTexels;
+  for (int i = 0; isShared && i < splits.count; ++i) shares[i] = maps.fits[i].needed / maps.neededTexels;
   Atlas atlas;
   if (const Status status = packAtlas(frame, maps.fits, isShared ? shares : nullptr, splits.count, atlas); status != Status::ok)
     return status;

@@ -33,6 +33,7 @@ struct MapFit {
   glm::dvec2 least, size;  // size > 0
   glm::dvec2 stretch;  // world length of a unit of s and of t, where it is greatest
   bool isWarped;
+  double needed;  // texels for error 1 at every vertex served, before the viewport is chosen
   double aspect;  // of the viewport: texels along s over texels along t
   double depthNear, depthFar;  // depthFar > depthNear
 };

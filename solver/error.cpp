@@ -40,24 +40,19 @@ TexelError certify(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, c
   // b = w grad s - s grad w, which are affine in the point like w and w_i, and D constant. Every point served is a mean of the
   // vertices, sum of c_i v_i, and w a = sum over i, j of c_i c_j (w_i a_j + w_j a_i) / 2 while w_i = sum of c_i c_j (pixel_i + pixel_j) / 2:
   // so the greatest |w_i a_j + w_j a_i| / (pixel_i + pixel_j) over all pairs bounds |w a| / w_i everywhere (Bernstein's form). i = j are
-  // the vertices themselves, and where w grows no faster than pixels they are the greatest: |w_i a_j + w_j a_i|^2 is at most
-  // w_i^2 |a_j|^2 + w_j^2 |a_i|^2 + 2 w_i |a_i| w_j |a_j|, and of m (pixel_i + pixel_j)^2 for the greatest m so far the last term has its part.
+  // the vertices themselves, and where w grows no faster than pixels they are the greatest: of the square, at most
+  // w_i^2 |a_j|^2 + w_j^2 |a_i|^2 + 2 w_i |a_i| w_j |a_j|, the last term is at most 2 m pixel_i pixel_j, m being the greatest over vertices.
   struct Vertex {
     glm::dvec2 a, b;
-    double w, square, pixel, pixelSquared;
-    TexelError norm;  // |a|^2, |b|^2 and the largest singular value of both, squared
+    glm::dvec3 norm;  // |a|^2, |b|^2 and the largest singular value of both, squared
+    double w, wSquared, pixel, pixelSquared;
   };
-  const auto normOf = [](const glm::dvec2& a, const glm::dvec2& b) -> TexelError {
+  const auto normOf = [](const glm::dvec2& a, const glm::dvec2& b) {
     const double aa = glm::dot(a, a), bb = glm::dot(b, b), ab = glm::dot(a, b);
-    return {aa, bb, (aa + bb + std::sqrt((aa - bb) * (aa - bb) + 4.0 * ab * ab)) / 2.0};
-  };
-  TexelError squared;
-  const auto raise = [&](const TexelError& norm, double scale) {
-    squared.s = std::max(squared.s, norm.s * scale);
-    squared.t = std::max(squared.t, norm.t * scale);
-    squared.extent = std::max(squared.extent, norm.extent * scale);
+    return glm::dvec3(aa, bb, (aa + bb + std::sqrt((aa - bb) * (aa - bb) + 4.0 * ab * ab)) / 2.0);
   };
   Vertex vertices[kMaxHull];
+  glm::dvec3 squared(0.0);
   double determinant = kInfinity;
   for (int i = 0; i < served.count; ++i) {
     const glm::dvec4 p(served.points[i], 1.0);
@@ -65,29 +60,26 @@ TexelError certify(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, c
     v.w = glm::dot(wRow, p);
     v.a = v.w * glm::dvec2(t) - glm::dot(t, p) * glm::dvec2(wRow);
     v.b = v.w * glm::dvec2(s) - glm::dot(s, p) * glm::dvec2(wRow);
-    v.square = v.w * v.w;
+    v.norm = normOf(v.a, v.b);
+    v.wSquared = v.w * v.w;
     v.pixel = served.pixels[i];
     v.pixelSquared = v.pixel * v.pixel;
-    v.norm = normOf(v.a, v.b);
-    raise(v.norm, v.square / v.pixelSquared);
+    squared = glm::max(squared, v.norm * (v.wSquared / v.pixelSquared));
     determinant = std::min(determinant, std::abs(v.b.x * v.a.y - v.b.y * v.a.x) / v.w);
     if (!(v.w > 0.0)) determinant = 0.0;
   }
   if (!(determinant > 0.0 && served.count > 0)) return {kInfinity, kInfinity, kInfinity};
   for (int i = 0; i < served.count; ++i)
-    for (int j = i + 1; j < served.count; ++j) {
+    for (int j = 0; j < i; ++j) {
       const Vertex &v = vertices[i], &u = vertices[j];
-      const double pixels = v.pixelSquared + u.pixelSquared;
-      const auto isLess = [&](double TexelError::*norm) {
-        return v.square * (u.norm.*norm) + u.square * (v.norm.*norm) <= squared.*norm * pixels;
-      };
-      if (isLess(&TexelError::s) && isLess(&TexelError::t) && isLess(&TexelError::extent)) continue;
-      const double sum = v.pixel + u.pixel;
-      raise(normOf(v.w * u.a + u.w * v.a, v.w * u.b + u.w * v.b), 1.0 / (sum * sum));
+      const glm::dvec3 most = v.wSquared * u.norm + u.wSquared * v.norm, enough = squared * (v.pixelSquared + u.pixelSquared);
+      if (most.x <= enough.x && most.y <= enough.y && most.z <= enough.z) continue;
+      const double pixels = v.pixel + u.pixel;
+      squared = glm::max(squared, normOf(v.w * u.a + u.w * v.a, v.w * u.b + u.w * v.b) / (pixels * pixels));
     }
   constexpr double kInflation = 1.0 + 1e-6;
-  const double scale = kInflation / determinant;
-  return {std::sqrt(squared.s) * scale, std::sqrt(squared.t) * scale, std::sqrt(squared.extent) * scale};
+  squared = glm::sqrt(squared) * (kInflation / determinant);
+  return {squared.x, squared.y, squared.z};
 }
 
 double limitTexels(const Frame& frame) noexcept {

@@ -291,6 +291,10 @@ glm::dvec2 overheadErrors(double alpha, double halfFovTangent, double distance) 
 
 WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const Footprint& footprint, const Served& served,
                   const glm::dvec2& axis, const WarpShape* known, MapFit& fit) noexcept {
+  if (known) {
+    if (isWarp(*known)) shapeFit(*known, footprint, served, fit);
+    return *known;
+  }
   const WarpShape rectangle{angleOf(glm::dvec2(fit.s)), 0.0, 0.0, 0.0};
   const double thin = std::min(fit.size.x, fit.size.y);
   double narrowest = kInfinity, widest = 0.0;
@@ -301,10 +305,6 @@ WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const F
   // A line, a point, or pixels of one width: nothing to gain.
   if (settings.warp == Warp::none || footprint.count < 3 || served.count < 3 || !(thin > 2.0 * narrowest) || !(widest > narrowest))
     return rectangle;
-  if (known) {
-    if (isWarp(*known)) shapeFit(*known, footprint, served, fit);
-    return *known;
-  }
   const double logRatio = std::log(widest / narrowest);
   Search search(served, rectangle);
   if (settings.warp == Warp::least) {

@@ -107,37 +107,47 @@ Status makeLightSpace(const DirectionalLight& light, const Region& region, FitMo
   return Status::ok;
 }
 
-void fitSlices(const Region& region, const Footprint* footprints, int count, FitMode mode, const double* pixels, MapFit* fits) noexcept {
-  for (int i = 0; i < count; ++i) {
-    const Footprint& footprint = footprints[i];
-    MapFit& fit = fits[i];
-    const double side = mode == FitMode::stable ? std::max(sliceDiameter(region, footprint.padded), pixels[i]) : pixels[i];
-    fit = {.s = {1.0, 0.0, 0.0},
-           .t = {0.0, 1.0, 0.0},
-           .w = {0.0, 0.0, 1.0},
-           .least = glm::dvec2(0.0),
-           .size = glm::dvec2(side),
-           .stretch = glm::dvec2(1.0),
-           .isWarped = false,
-           .needed = 0.0,
-           .aspect = 1.0,
-           .depthNear = footprint.depthNear,
-           .depthFar = footprint.depthFar};
-    if (footprint.count == 0) continue;
-    if (mode == FitMode::stable) {
-      fitAlong(footprint, {1.0, 0.0}, pixels[i], fit);
-      fit.size = glm::dvec2(side);
-    } else if (mode == FitMode::slice || footprint.count < 2) {  // a point has no edge
-      fitAlong(footprint, {1.0, 0.0}, pixels[i], fit);
-    } else if (footprint.like != i) {  // one search serves them all
-      fitAlong(footprint, glm::dvec2(fits[footprint.like].s), pixels[i], fit);
-    } else {
-      fitLeast(footprint, pixels[i], fit);
-      if (fit.size.x < fit.size.y) fitAlong(footprint, glm::dvec2(fit.t), pixels[i], fit);  // lying rectangles shelve better
-    }
-    fit.needed = fit.size.x * fit.size.y / (pixels[i] * pixels[i]);
-    if (mode == FitMode::tight) fit.aspect = fit.size.x / fit.size.y;
+MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept {
+  const double side = mode == FitMode::stable ? std::max(sliceDiameter(region, footprint.padded), pixel) : pixel;
+  MapFit fit{.s = {1.0, 0.0, 0.0},
+             .t = {0.0, 1.0, 0.0},
+             .w = {0.0, 0.0, 1.0},
+             .least = glm::dvec2(0.0),
+             .size = glm::dvec2(side),
+             .stretch = glm::dvec2(1.0),
+             .isWarped = false,
+             .needed = 0.0,
+             .aspect = 1.0,
+             .depthNear = footprint.depthNear,
+             .depthFar = footprint.depthFar};
+  if (footprint.count == 0) return fit;
+  if (mode != FitMode::tight || footprint.count < 2) {  // a point has no edge
+    fitAlong(footprint, {1.0, 0.0}, pixel, fit);
+    if (mode == FitMode::stable) fit.size = glm::dvec2(side);
+  } else {
+    fitLeast(footprint, pixel, fit);
+    if (fit.size.x < fit.size.y) fitAlong(footprint, glm::dvec2(fit.t), pixel, fit);  // lying rectangles shelve better
   }
+  fit.needed = fit.size.x * fit.size.y / (pixel * pixel);
+  if (mode == FitMode::tight) fit.aspect = fit.size.x / fit.size.y;
+  return fit;
+}
+
+MapFit copyFit(const MapFit& fit, const Footprint& footprint) noexcept {
+  MapFit copy = fit;
+  copy.s.z *= footprint.scale;
+  copy.t.z *= footprint.scale;
+  copy.w = {fit.w.x / footprint.scale, fit.w.y / footprint.scale, fit.w.z};
+  const double low = footprint.apart * std::sqrt(copy.w.x * copy.w.x + copy.w.y * copy.w.y), raise = 1.0 / (1.0 - low);
+  copy.s *= raise;  // the same map, w >= 1 on all that it must hold
+  copy.t *= raise;
+  copy.w *= raise;
+  const glm::dvec2 room = footprint.apart * unitsPerWorld(copy);
+  copy.least = fit.least * footprint.scale - room;
+  copy.size = fit.size * footprint.scale + 2.0 * room;
+  copy.depthNear = footprint.depthNear;
+  copy.depthFar = footprint.depthFar;
+  return copy;
 }
 
 glm::dvec2 unitsPerWorld(const MapFit& fit) noexcept {

@@ -153,25 +153,45 @@ struct Points {
   int count = 0;
   double depthNear = kInfinity, depthFar = -kInfinity;  // of those condensed
   glm::dvec3 ls[kMaxHull];
-  Ring ring;
 
   void add(const glm::dvec3& point, double) noexcept {
     if (count == kMaxHull) condense();
     ls[count++] = point;
   }
 
-  // What the points say of a footprint.
-  void finish(Footprint& footprint) noexcept {
-    measureDepth();
-    footprint.count = makeHull(ls, count, ring, footprint.hull);
-    footprint.depthNear = depthNear;
-    footprint.depthFar = depthFar;
-  }
-
   void clear() noexcept {
     count = 0;
     depthNear = kInfinity;
     depthFar = -kInfinity;
+  }
+
+  // What the points say of a footprint.
+  void finish(Ring& ring, Footprint& footprint) noexcept {
+    footprint.count = makeHull(ls, count, ring, footprint.hull);
+    measureDepth();
+    footprint.depthNear = depthNear;
+    footprint.depthFar = depthFar;
+  }
+
+  // Makes the footprint a copy of an earlier one where the points are copies of its. False where they are not.
+  bool finishCopy(const Points& others, const Footprint& other, double tolerance, int like, Footprint& footprint) noexcept {
+    if (count != others.count) return false;
+    const double scale = footprint.padded.far / other.padded.far;
+    double apart = 0.0;
+    for (int i = 0; i < count; ++i) {
+      const glm::dvec3 gap = glm::abs(ls[i] - others.ls[i] * scale);
+      apart = std::max(apart, gap.x + gap.y + gap.z);
+    }
+    if (!(apart <= tolerance * scale)) return false;
+    footprint.like = like;
+    footprint.scale = scale;
+    footprint.apart = apart;
+    footprint.count = other.count;
+    for (int i = 0; i < other.count; ++i) footprint.hull[i] = other.hull[i] * scale;
+    measureDepth();
+    footprint.depthNear = depthNear;
+    footprint.depthFar = depthFar;
+    return true;
   }
 
  private:
@@ -184,6 +204,7 @@ struct Points {
   // Makes room where there is none: only the hull's vertices matter.
   void condense() noexcept {
     measureDepth();
+    Ring ring;
     glm::dvec2 hull[kMaxHull];
     count = makeHull(ls, count, ring, hull);
     if (count > kMaxHull / 2) count = simplifyHull(hull, count);
@@ -296,27 +317,18 @@ void forEachCell(const Region& region, const LightSpace& light, const Splits& sp
   }
 }
 
-// Finds out whether a footprint is a scaled copy of an earlier one.
-void compare(const Footprint* footprints, int like, Footprint& footprint) noexcept {
-  const Footprint& other = footprints[like];
-  if (footprint.count != other.count || footprint.count < 3) return;
-  const double scale = footprint.padded.far / other.padded.far;
-  double apart = 0.0;
-  for (int i = 0; i < footprint.count; ++i) {
-    const glm::dvec2 gap = glm::abs(footprint.hull[i] - other.hull[i] * scale);
-    apart = std::max(apart, gap.x + gap.y);
-  }
-  constexpr double kAlike = 1e-4;  // of the size
-  if (!(apart <= kAlike * footprint.reach)) return;
-  footprint.like = like;
-  footprint.scale = scale;
-  footprint.apart = apart;
+// How far points may be from copies of a footprint's: a share of its width that makes no difference to the choice of an axis or a warp.
+double copyTolerance(const Footprint& footprint) noexcept {
+  constexpr double kAlike = 1e-4;
+  double twiceArea = 0.0;
+  for (int i = 0; i < footprint.count; ++i) twiceArea += cross2(footprint.hull[i], footprint.hull[i + 1 < footprint.count ? i + 1 : 0]);
+  return kAlike * twiceArea / (4.0 * footprint.reach);  // half the area over half the width
 }
 
 }  // namespace
 
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
-                    Footprint* footprints, Served* served) noexcept {
+                    bool mayCopy, Footprint* footprints, Served* served) noexcept {
   DepthSpan padded[kMaxPartitions];
   padSlices(region, splits, margin, byViewDepth, padded);
   for (int s = 0; s < splits.count; ++s) {
@@ -335,23 +347,31 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     ServedPoints points{region.pixelSlope, region.pixelBase, &served[s]};
     addSlab(points, seen, splits.slices[s]);
   };
+  Ring ring;
   if (cellCount(region) == 1) {
-    Points points;
+    Points points[2];
+    Points *now = &points[0], *model = &points[1];
+    int like = -1;
+    double tolerance = 0.0;
     forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
-      points.clear();
-      addSlab(points, seen, footprints[s].padded);
-      points.finish(footprints[s]);
+      now->clear();
+      addSlab(*now, seen, footprints[s].padded);
       addServed(s, seen);
+      if (like >= 0 && now->finishCopy(*model, footprints[like], tolerance, like, footprints[s])) return;
+      now->finish(ring, footprints[s]);
+      if (!mayCopy) return;
+      like = s;
+      tolerance = copyTolerance(footprints[s]);
+      std::swap(now, model);
     });
-  } else {
-    Points points[kMaxPartitions];
-    forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
-      addSlab(points[s], seen, footprints[s].padded);
-      addServed(s, seen);
-    });
-    for (int s = 0; s < splits.count; ++s) points[s].finish(footprints[s]);
+    return;
   }
-  for (int s = 1; s < splits.count; ++s) compare(footprints, footprints[s - 1].like, footprints[s]);
+  Points points[kMaxPartitions];
+  forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
+    addSlab(points[s], seen, footprints[s].padded);
+    addServed(s, seen);
+  });
+  for (int s = 0; s < splits.count; ++s) points[s].finish(ring, footprints[s]);
 }
 
 }  // namespace gnomon

@@ -70,24 +70,27 @@ Status beginSolve(const Frame& frame, const SplitSettings& splitting, FitMode fi
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
              bool byViewDepth, MapFits& maps) noexcept {
   maps.hasServed = splits.isWedged || settings.warp.warp != Warp::none;
-  makeFootprints(region, light, splits, frame.margin, byViewDepth, maps.footprints, maps.hasServed ? maps.served : nullptr);
+  const bool mayCopy = settings.fit != FitMode::stable;  // a size that depends on the projection alone leaves no room
+  makeFootprints(region, light, splits, frame.margin, byViewDepth, mayCopy, maps.footprints, maps.hasServed ? maps.served : nullptr);
   for (int i = 0; i < splits.count; ++i) maps.pixels[i] = region.pixelSlope * nearestIn(region, splits.slices[i]) + region.pixelBase;
   if (splits.isWedged)  // a wedge's nearest point decides, not the region's
     for (int i = 0; i < splits.count; ++i)
       if (const Served& served = maps.served[i]; served.count > 0)
         maps.pixels[i] = *std::min_element(served.pixels, served.pixels + served.count);
-  fitSlices(region, maps.footprints, splits.count, settings.fit, maps.pixels, maps.fits);
   const glm::dvec2 view(light.lsFromView[2]);
   const double length = std::sqrt(glm::dot(view, view));
   maps.neededTexels = 0.0;
   for (int i = 0; i < splits.count; ++i) {
-    if (maps.hasServed) {
+    MapFit& fit = maps.fits[i];
+    if (const int like = maps.footprints[i].like; like != i) {
+      fit = copyFit(maps.fits[like], maps.footprints[i]);
+      maps.shapes[i] = maps.shapes[like];
+    } else {
+      fit = fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i]);
       const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
-      const int like = maps.footprints[i].like;  // one search serves them all
-      const WarpShape* known = like != i ? &maps.shapes[like] : nullptr;
-      maps.shapes[i] = warpFit(settings.warp, light, maps.footprints[i], maps.served[i], axis, known, maps.fits[i]);
+      if (maps.hasServed) maps.shapes[i] = warpFit(settings.warp, light, maps.footprints[i], maps.served[i], axis, fit);
     }
-    maps.neededTexels += maps.fits[i].needed;
+    maps.neededTexels += fit.needed;
   }
 }
 

@@ -290,11 +290,7 @@ glm::dvec2 overheadErrors(double alpha, double halfFovTangent, double distance) 
 }
 
 WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const Footprint& footprint, const Served& served,
-                  const glm::dvec2& axis, const WarpShape* known, MapFit& fit) noexcept {
-  if (known) {
-    if (isWarp(*known)) shapeFit(*known, footprint, served, fit);
-    return *known;
-  }
+                  const glm::dvec2& axis, MapFit& fit) noexcept {
   const WarpShape rectangle{angleOf(glm::dvec2(fit.s)), 0.0, 0.0, 0.0};
   const double thin = std::min(fit.size.x, fit.size.y);
   double narrowest = kInfinity, widest = 0.0;

@@ -38,9 +38,11 @@ struct MapFit {
   double depthNear, depthFar;  // depthFar > depthNear
 };
 
-// The rectangle for each slice. pixels: w_i at the slices' near ends, the least side a map needs. Slices of one shape share the search:
-// tight is the least area within 1e-4.
-void fitSlices(const Region& region, const Footprint* footprints, int count, FitMode mode, const double* pixels, MapFit* fits) noexcept;
+// The rectangle for a slice. pixel: w_i at its near end, the least side a map needs.
+[[nodiscard]] MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept;
+
+// The fit of a footprint that is a copy of another, from the other's.
+[[nodiscard]] MapFit copyFit(const MapFit& fit, const Footprint& footprint) noexcept;
 
 // How many units of s and of t a world length of 1 may span, at most.
 [[nodiscard]] glm::dvec2 unitsPerWorld(const MapFit& fit) noexcept;

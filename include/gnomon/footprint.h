@@ -32,8 +32,8 @@ struct Footprint {
   double depthNear, depthFar;  // light-space depths of what must be shadowed
   double reach;  // farthest distance from the eye, for rounding bounds
   DepthSpan padded;  // view depths covered
-  // The first of the footprints before it that it is a copy of, scaled about the eye as near as makes no difference to the choice of an axis
-  // or a warp, or itself: the slices of equal ratio of a whole perspective view are alike. No vertex is farther than `apart` from its copy.
+  // Which footprint this is a copy of, scaled about the eye, or itself: the slices of equal ratio of a whole perspective view are alike. No
+  // point that it must hold is farther than `apart` from its copy, as near as makes no difference to the choice of an axis or a warp.
   int like;
   double scale, apart;
 };
@@ -46,8 +46,8 @@ struct Served {
 };
 
 // Gathers the slices' footprints, each slice padded by the depth quantum and the blend band, and where `served` is not null the vertices
-// that each serves. One of each for each slice.
+// that each serves. One of each for each slice. mayCopy: false where every hull must be its own.
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
-                    Footprint* footprints, Served* served) noexcept;
+                    bool mayCopy, Footprint* footprints, Served* served) noexcept;
 
 }  // namespace gnomon

@@ -133,7 +133,7 @@ void look(const Cell& cell, const glm::dmat4& lsFromView, SeenCell& seen) noexce
   for (int v = 0; v < cell.vertexCount; ++v) {
     const glm::dvec3& vs = cell.vertices[v];
     const auto row = [&](int r) { return lsFromView[0][r] * vs.x + lsFromView[1][r] * vs.y + lsFromView[2][r] * vs.z + lsFromView[3][r]; };
-    seen.vertices[v] = {row(0), row(1), row(2), row(3), vs.z};
+    seen.vertices[v] = {row(0), row(1), row(2), seen.isAffine ? 1.0 : row(3), vs.z};
   }
   for (int i = 0; i < cell.edgeCount; ++i) {
     std::uint8_t from = cell.edges[i].from, to = cell.edges[i].to;

@@ -42,12 +42,7 @@ namespace {
 
 constexpr float kNever = 3e38f;  // a start that no depth reaches
 
-bool isFiniteMatrix(const mat4& m) noexcept {
-  float sum = 0.0f;
-  for (int c = 0; c < 4; ++c)
-    for (int r = 0; r < 4; ++r) sum += m[c][r] * 0.0f;
-  return sum == 0.0f;
-}
+bool isFiniteMatrix(const mat4& m) noexcept { return (m[0] + m[1]) * 0.0f + (m[2] + m[3]) * 0.0f == vec4(0.0f); }
 
 // Rounding of a window depth, as depthQuantum has it, in window depth itself.
 double windowQuantum(const Camera& camera, double viewDepth) noexcept {
@@ -65,14 +60,15 @@ void writeInterval(const Splits& slices, int i, int count, const Camera& camera,
              hasAfter = i + 1 < count && slices.slices[i + 1].near == slice.far;
   const double viewNear = hasBefore ? slice.near : slice.near - viewQuantum(camera, slice.near);
   const double viewFar = hasAfter ? slice.far : slice.far + viewQuantum(camera, slice.far);
-  const double windowNear = windowDepth(camera, slice.near) * sign - (hasBefore ? 0.0 : windowQuantum(camera, slice.near));
   const double windowFar = windowDepth(camera, slice.far) * sign + (hasAfter ? 0.0 : windowQuantum(camera, slice.far));
-  out.interval = vec4(glm::dvec4(viewNear, viewFar, windowNear, windowFar));
-  block.viewStart[i / 4][i % 4] = static_cast<float>(viewNear);
-  block.windowStart[i / 4][i % 4] = static_cast<float>(windowNear);
+  const float windowNear = hasBefore ? block.partitions[i - 1].interval.w
+                                     : static_cast<float>(windowDepth(camera, slice.near) * sign - windowQuantum(camera, slice.near));
+  out.interval = vec4(glm::vec2(glm::dvec2(viewNear, viewFar)), windowNear, static_cast<float>(windowFar));
+  block.viewStart[i / 4][i % 4] = out.interval.x;
+  block.windowStart[i / 4][i % 4] = windowNear;
   out.axis = block.viewPlane;
   out.left = out.right = vec4(0.0f, 0.0f, 0.0f, 1.0f);
-  // The band that padSlice gave the next map; one too short for float32 is none.
+  // The band that padSlices gave the next map; one too short for float32 is none.
   const double band = hasAfter ? blend * (slice.far - slice.near) : 0.0, perBand = band > 0.0 ? 1.0 / band : 0.0;
   out.layer.y = static_cast<float>(slice.far - band);
   out.layer.z = perBand < kNever ? static_cast<float>(perBand) : 0.0f;
@@ -107,14 +103,17 @@ void clearBlock(GnomonBlock& block) noexcept {
 }
 
 glm::dmat4 atlasMatrix(const Frame& frame, const glm::dmat4& clipFromWorld, const glm::ivec4& viewport, const glm::ivec2& atlas) noexcept {
-  const glm::dmat4 rows = glm::transpose(clipFromWorld);
   const double flip = frame.shadowMap.style == ClipStyle::direct3d ? -0.5 : 0.5;
-  const glm::dvec2 size = glm::dvec2(viewport.z, viewport.w) / glm::dvec2(atlas),
-                   corner = glm::dvec2(viewport.x, viewport.y) / glm::dvec2(atlas);
-  const glm::dvec4 u = (0.5 * rows[0] + 0.5 * rows[3]) * size.x + rows[3] * corner.x;
-  const glm::dvec4 v = (flip * rows[1] + 0.5 * rows[3]) * size.y + rows[3] * corner.y;
-  const glm::dvec4 depth = frame.shadowMap.depth == DepthConvention::negativeOneToOne ? 0.5 * (rows[2] + rows[3]) : rows[2];
-  return glm::transpose(glm::dmat4(u, v, depth, rows[3]));
+  const glm::dvec2 perAtlas = 1.0 / glm::dvec2(atlas), size = glm::dvec2(viewport.z, viewport.w) * perAtlas;
+  const glm::dvec2 centre = glm::dvec2(viewport.x, viewport.y) * perAtlas + 0.5 * size;
+  const bool isHalved = frame.shadowMap.depth == DepthConvention::negativeOneToOne;
+  glm::dmat4 out;
+  for (int c = 0; c < 4; ++c) {
+    const glm::dvec4& clip = clipFromWorld[c];
+    out[c] = {clip.x * (0.5 * size.x) + clip.w * centre.x, clip.y * (flip * size.y) + clip.w * centre.y,
+              isHalved ? 0.5 * (clip.z + clip.w) : clip.z, clip.w};
+  }
+  return out;
 }
 
 bool writeBlock(const Frame& frame, const Region& region, const LightSpace& light, const Splits& slices, bool byViewDepth,

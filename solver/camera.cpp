@@ -185,16 +185,13 @@ double windowDepth(const Camera& camera, double viewDepth) noexcept {
 }
 
 double depthQuantum(const Camera& camera, double viewDepth) noexcept {
-  const double n = camera.near, f = camera.far, z = viewDepth;
   // Clip z and w are each rounded in the vertex stage, then interpolated and divided: two units in the last place of the
-  // largest term. Reversed depth has terms as small as the depth itself.
+  // largest term. Reversed depth has terms as small as the depth itself, so that the quantum is as small a share of z everywhere.
   constexpr double kRounding = 2.0 * kFloatUlp;
+  const double n = camera.near, f = camera.far, z = viewDepth;
   if (camera.projection == Projection::orthographic) return kRounding * (f - n);
-  const double span = std::isfinite(f) ? n * (f / (f - n)) : n;  // |d window / d z| = span / z^2
-  const double rounding = camera.depth == DepthConvention::reversedZeroToOne
-                              ? kRounding * (windowDepth(camera, z) + (std::isfinite(f) ? n / (f - n) : 0.0))
-                              : kRounding;
-  return rounding * z * (z / span);
+  if (camera.depth == DepthConvention::reversedZeroToOne) return kRounding * z;
+  return kRounding * z * (z * ((1.0 - n / f) / n));  // |d window / d z| = n f / ((f - n) z^2)
 }
 
 double viewQuantum(const Camera& camera, double viewDepth) noexcept {

@@ -9,28 +9,15 @@ constexpr int kMaxSides = 12;  // of the swept prism; more hull edges than that 
 
 }  // namespace
 
-int makeCaps(const Region& region, const LightSpace& light, glm::dvec4* capsWs) noexcept {
-  int count = 0;
-  for (int i = 0; i < region.volume.planeCount; ++i) {
-    const Plane& plane = region.volume.planes[i];
-    const bool isDepth = plane.normal.x == 0.0 && plane.normal.y == 0.0;  // near or far: a slice's own are tighter
-    if (isDepth || !(glm::dot(plane.normal, light.directionVs) < 0.0)) continue;
-    const double scale = 1.0 / std::sqrt(glm::dot(plane.normal, plane.normal));
-    const glm::dvec3 normalWs = region.worldFromView * plane.normal * scale;
-    capsWs[count++] = glm::dvec4(normalWs, plane.offset * scale - glm::dot(normalWs, region.eyeWs));
-  }
-  return count;
-}
-
-int makeCullPlanes(const Region& region, const LightSpace& light, const Footprint& footprint, std::span<const glm::dvec4> capsWs,
-                   double grow, glm::dvec4* planesWs) noexcept {
-  int count = 0;
-  const auto add = [&](const glm::dvec3& normalWs, double offset) {  // unit normal, offset from the eye
-    if (count < kMaxCullPlanes) planesWs[count++] = glm::dvec4(normalWs, offset + grow - glm::dot(normalWs, region.eyeWs));
+void makeCullShape(const Region& region, const LightSpace& light, const Footprint& footprint, CullShape& shape) noexcept {
+  shape.count = 0;
+  const auto add = [&](const glm::dvec3& normalWs, double offset) {
+    if (shape.count == kMaxCullPlanes) return;
+    shape.planesWs[shape.count] = glm::dvec4(normalWs, -glm::dot(normalWs, region.eyeWs));
+    shape.offsets[shape.count++] = offset;
   };
   const glm::dmat4& ls = light.lsFromWorld;
   const glm::dvec3 x(ls[0][0], ls[1][0], ls[2][0]), y(ls[0][1], ls[1][1], ls[2][1]);
-  const auto addSide = [&](const glm::dvec2& inward, double offset) { add(x * inward.x + y * inward.y, offset); };
 
   // Sides: planes through the light along the silhouette.
   if (footprint.count >= 3 && footprint.count <= kMaxSides) {
@@ -39,7 +26,7 @@ int makeCullPlanes(const Region& region, const LightSpace& light, const Footprin
       const double squared = glm::dot(edge, edge);
       if (!(squared > 0.0)) continue;
       const glm::dvec2 inward = glm::dvec2(-edge.y, edge.x) * (1.0 / std::sqrt(squared));  // the hull runs counter-clockwise
-      addSide(inward, -glm::dot(inward, p));
+      add(x * inward.x + y * inward.y, -glm::dot(inward, p));
     }
   } else {
     glm::dvec2 least(kInfinity), greatest(-kInfinity);
@@ -47,19 +34,38 @@ int makeCullPlanes(const Region& region, const LightSpace& light, const Footprin
       least = glm::min(least, footprint.hull[i]);
       greatest = glm::max(greatest, footprint.hull[i]);
     }
-    addSide({1.0, 0.0}, -least.x);
-    addSide({-1.0, 0.0}, greatest.x);
-    addSide({0.0, 1.0}, -least.y);
-    addSide({0.0, -1.0}, greatest.y);
+    add(x, -least.x);
+    add(-x, greatest.x);
+    add(y, -least.y);
+    add(-y, greatest.y);
   }
+  shape.sideCount = shape.count;
   // Caps: faces that light leaves the region by stay where they are when it is swept towards the light.
-  add(-light.directionWs, footprint.depthFar);
+  add(-light.directionWs, 0.0);
   const double along = light.directionVs.z;
-  if (along < 0.0) add(region.worldFromView[2], -footprint.padded.near);
-  if (along > 0.0) add(-region.worldFromView[2], footprint.padded.far);
-  for (const glm::dvec4& cap : capsWs)
-    if (count < kMaxCullPlanes) planesWs[count++] = glm::dvec4(glm::dvec3(cap), cap.w + grow);
-  return count;
+  shape.hasEnd = along != 0.0;
+  shape.isFar = along > 0.0;
+  if (shape.hasEnd) add(shape.isFar ? -region.worldFromView[2] : region.worldFromView[2], 0.0);
+  for (int i = 0; i < region.volume.planeCount; ++i) {
+    const Plane& plane = region.volume.planes[i];
+    const bool isDepth = plane.normal.x == 0.0 && plane.normal.y == 0.0;  // near or far: the slice's own are tighter
+    if (isDepth || !(glm::dot(plane.normal, light.directionVs) < 0.0)) continue;
+    const double scale = 1.0 / std::sqrt(glm::dot(plane.normal, plane.normal));
+    add(region.worldFromView * plane.normal * scale, plane.offset * scale);
+  }
+}
+
+int makeCullPlanes(const CullShape& shape, const Footprint& footprint, double grow, glm::dvec4* planesWs) noexcept {
+  int i = 0;
+  const auto write = [&](double offset) {
+    planesWs[i] = shape.planesWs[i];
+    planesWs[i++].w += offset + grow;
+  };
+  while (i < shape.sideCount) write(shape.offsets[i] * footprint.scale + footprint.apart);
+  write(footprint.depthFar);
+  if (shape.hasEnd) write(shape.isFar ? footprint.padded.far : -footprint.padded.near);
+  while (i < shape.count) write(shape.offsets[i]);
+  return shape.count;
 }
 
 void extendToCasters(std::span<const Box> casters, const Region& region, const LightSpace& light, MapFit& fit) noexcept {

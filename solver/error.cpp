@@ -10,7 +10,7 @@ TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport,
   const glm::dvec3 s = glm::dvec3(clipFromWorld[0][0], clipFromWorld[1][0], clipFromWorld[2][0]) * (viewport.z / 2.0);
   const glm::dvec3 t = glm::dvec3(clipFromWorld[0][1], clipFromWorld[1][1], clipFromWorld[2][1]) * (viewport.w / 2.0);
   const glm::dvec3 sFlat = glm::cross(s, directionWs), tFlat = glm::cross(t, directionWs);  // lengths on the light plane
-  const double determinant = std::abs(glm::dot(glm::cross(s, t), directionWs));
+  const double determinant = std::abs(glm::dot(s, tFlat));
   if (!(determinant > 0.0)) return {kInfinity, kInfinity, kInfinity};
   // Edges of the parallelogram that the inverse Jacobian maps a texel to, and its largest singular value:
   // sigma_max of the Jacobian over the determinant. sigma_max^2 = (S + T + sqrt((S - T)^2 + 4 (s.t)^2)) / 2, S and T the squared lengths.
@@ -40,32 +40,46 @@ TexelError certify(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, c
   // b = w grad s - s grad w, which are affine in the point like w and w_i, and D constant. Every point served is a mean of the
   // vertices, sum of c_i v_i, and w a = sum over i, j of c_i c_j (w_i a_j + w_j a_i) / 2 while w_i = sum of c_i c_j (pixel_i + pixel_j) / 2:
   // so the greatest |w_i a_j + w_j a_i| / (pixel_i + pixel_j) over all pairs bounds |w a| / w_i everywhere (Bernstein's form). i = j are
-  // the vertices themselves, and where w grows no faster than pixels they are the greatest.
-  glm::dvec2 a[kMaxHull], b[kMaxHull];
-  double w[kMaxHull], determinant = kInfinity;
+  // the vertices themselves, and where w grows no faster than pixels they are the greatest: of the square, at most
+  // w_i^2 |a_j|^2 + w_j^2 |a_i|^2 + 2 w_i |a_i| w_j |a_j|, the last term is at most 2 m pixel_i pixel_j, m being the greatest over vertices.
+  struct Vertex {
+    glm::dvec2 a, b;
+    glm::dvec3 norm;  // |a|^2, |b|^2 and the largest singular value of both, squared
+    double w, wSquared, pixel, pixelSquared;
+  };
+  const auto normOf = [](const glm::dvec2& a, const glm::dvec2& b) {
+    const double aa = glm::dot(a, a), bb = glm::dot(b, b), ab = glm::dot(a, b);
+    return glm::dvec3(aa, bb, (aa + bb + std::sqrt((aa - bb) * (aa - bb) + 4.0 * ab * ab)) / 2.0);
+  };
+  Vertex vertices[kMaxHull];
+  glm::dvec3 squared(0.0);
+  double determinant = kInfinity;
   for (int i = 0; i < served.count; ++i) {
     const glm::dvec4 p(served.points[i], 1.0);
-    w[i] = glm::dot(wRow, p);
-    a[i] = w[i] * glm::dvec2(t) - glm::dot(t, p) * glm::dvec2(wRow);
-    b[i] = w[i] * glm::dvec2(s) - glm::dot(s, p) * glm::dvec2(wRow);
-    determinant = std::min(determinant, std::abs(b[i].x * a[i].y - b[i].y * a[i].x) / w[i]);
-    if (!(w[i] > 0.0)) determinant = 0.0;
+    Vertex& v = vertices[i];
+    v.w = glm::dot(wRow, p);
+    v.a = v.w * glm::dvec2(t) - glm::dot(t, p) * glm::dvec2(wRow);
+    v.b = v.w * glm::dvec2(s) - glm::dot(s, p) * glm::dvec2(wRow);
+    v.norm = normOf(v.a, v.b);
+    v.wSquared = v.w * v.w;
+    v.pixel = served.pixels[i];
+    v.pixelSquared = v.pixel * v.pixel;
+    squared = glm::max(squared, v.norm * (v.wSquared / v.pixelSquared));
+    determinant = std::min(determinant, std::abs(v.b.x * v.a.y - v.b.y * v.a.x) / v.w);
+    if (!(v.w > 0.0)) determinant = 0.0;
   }
   if (!(determinant > 0.0 && served.count > 0)) return {kInfinity, kInfinity, kInfinity};
-  TexelError squared;
   for (int i = 0; i < served.count; ++i)
-    for (int j = i; j < served.count; ++j) {
-      const glm::dvec2 edgeS = w[i] * a[j] + w[j] * a[i], edgeT = w[i] * b[j] + w[j] * b[i];
-      const double pixels = served.pixels[i] + served.pixels[j], scale = 1.0 / (pixels * pixels);
-      const double ss = glm::dot(edgeS, edgeS), tt = glm::dot(edgeT, edgeT), st = glm::dot(edgeS, edgeT);
-      squared.s = std::max(squared.s, ss * scale);
-      squared.t = std::max(squared.t, tt * scale);
-      if (!((ss + tt) * scale > squared.extent)) continue;  // its largest singular value is no larger than that
-      squared.extent = std::max(squared.extent, (ss + tt + std::sqrt((ss - tt) * (ss - tt) + 4.0 * st * st)) / 2.0 * scale);
+    for (int j = 0; j < i; ++j) {
+      const Vertex &v = vertices[i], &u = vertices[j];
+      const glm::dvec3 most = v.wSquared * u.norm + u.wSquared * v.norm, enough = squared * (v.pixelSquared + u.pixelSquared);
+      if (most.x <= enough.x && most.y <= enough.y && most.z <= enough.z) continue;
+      const double pixels = v.pixel + u.pixel;
+      squared = glm::max(squared, normOf(v.w * u.a + u.w * v.a, v.w * u.b + u.w * v.b) / (pixels * pixels));
     }
   constexpr double kInflation = 1.0 + 1e-6;
-  const double scale = kInflation / determinant;
-  return {std::sqrt(squared.s) * scale, std::sqrt(squared.t) * scale, std::sqrt(squared.extent) * scale};
+  squared = glm::sqrt(squared) * (kInflation / determinant);
+  return {squared.x, squared.y, squared.z};
 }
 
 double limitTexels(const Frame& frame) noexcept {

@@ -107,46 +107,47 @@ Status makeLightSpace(const DirectionalLight& light, const Region& region, FitMo
   return Status::ok;
 }
 
-bool isScaled(const Footprint& a, const Footprint& b) noexcept {
-  constexpr double kAlike = 1e-4;  // of the size
-  if (a.count != b.count || a.count < 3) return false;
-  const double scale = b.padded.far / a.padded.far, most = kAlike * b.reach;
-  for (int i = 0; i < a.count; ++i) {
-    const glm::dvec2 apart = b.hull[i] - a.hull[i] * scale;
-    if (!(std::abs(apart.x) <= most && std::abs(apart.y) <= most)) return false;
+MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept {
+  const double side = mode == FitMode::stable ? std::max(sliceDiameter(region, footprint.padded), pixel) : pixel;
+  MapFit fit{.s = {1.0, 0.0, 0.0},
+             .t = {0.0, 1.0, 0.0},
+             .w = {0.0, 0.0, 1.0},
+             .least = glm::dvec2(0.0),
+             .size = glm::dvec2(side),
+             .stretch = glm::dvec2(1.0),
+             .isWarped = false,
+             .needed = 0.0,
+             .aspect = 1.0,
+             .depthNear = footprint.depthNear,
+             .depthFar = footprint.depthFar};
+  if (footprint.count == 0) return fit;
+  if (mode != FitMode::tight || footprint.count < 2) {  // a point has no edge
+    fitAlong(footprint, {1.0, 0.0}, pixel, fit);
+    if (mode == FitMode::stable) fit.size = glm::dvec2(side);
+  } else {
+    fitLeast(footprint, pixel, fit);
+    if (fit.size.x < fit.size.y) fitAlong(footprint, glm::dvec2(fit.t), pixel, fit);  // lying rectangles shelve better
   }
-  return true;
+  fit.needed = fit.size.x * fit.size.y / (pixel * pixel);
+  if (mode == FitMode::tight) fit.aspect = fit.size.x / fit.size.y;
+  return fit;
 }
 
-void fitSlices(const Region& region, const Footprint* footprints, int count, FitMode mode, const double* pixels, MapFit* fits) noexcept {
-  for (int i = 0; i < count; ++i) {
-    const Footprint& footprint = footprints[i];
-    MapFit& fit = fits[i];
-    const double side = mode == FitMode::stable ? std::max(sliceDiameter(region, footprint.padded), pixels[i]) : pixels[i];
-    fit = {.s = {1.0, 0.0, 0.0},
-           .t = {0.0, 1.0, 0.0},
-           .w = {0.0, 0.0, 1.0},
-           .least = glm::dvec2(0.0),
-           .size = glm::dvec2(side),
-           .stretch = glm::dvec2(1.0),
-           .isWarped = false,
-           .aspect = 1.0,
-           .depthNear = footprint.depthNear,
-           .depthFar = footprint.depthFar};
-    if (footprint.count == 0) continue;
-    if (mode == FitMode::stable) {
-      fitAlong(footprint, {1.0, 0.0}, pixels[i], fit);
-      fit.size = glm::dvec2(side);
-    } else if (mode == FitMode::slice || footprint.count < 2) {  // a point has no edge
-      fitAlong(footprint, {1.0, 0.0}, pixels[i], fit);
-    } else if (i > 0 && isScaled(footprints[i - 1], footprint)) {  // one search serves them all
-      fitAlong(footprint, glm::dvec2(fits[i - 1].s), pixels[i], fit);
-    } else {
-      fitLeast(footprint, pixels[i], fit);
-      if (fit.size.x < fit.size.y) fitAlong(footprint, glm::dvec2(fit.t), pixels[i], fit);  // lying rectangles shelve better
-    }
-    if (mode == FitMode::tight) fit.aspect = fit.size.x / fit.size.y;
-  }
+MapFit copyFit(const MapFit& fit, const Footprint& footprint) noexcept {
+  MapFit copy = fit;
+  copy.s.z *= footprint.scale;
+  copy.t.z *= footprint.scale;
+  copy.w = {fit.w.x / footprint.scale, fit.w.y / footprint.scale, fit.w.z};
+  const double low = footprint.apart * std::sqrt(copy.w.x * copy.w.x + copy.w.y * copy.w.y), raise = 1.0 / (1.0 - low);
+  copy.s *= raise;  // the same map, w >= 1 on all that it must hold
+  copy.t *= raise;
+  copy.w *= raise;
+  const glm::dvec2 room = footprint.apart * unitsPerWorld(copy);
+  copy.least = fit.least * footprint.scale - room;
+  copy.size = fit.size * footprint.scale + 2.0 * room;
+  copy.depthNear = footprint.depthNear;
+  copy.depthFar = footprint.depthFar;
+  return copy;
 }
 
 glm::dvec2 unitsPerWorld(const MapFit& fit) noexcept {
@@ -208,18 +209,23 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
 }
 
 glm::dmat4 cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& eyeMinusOriginWs, const MapFit& fit) noexcept {
-  const glm::dmat4 rows = glm::transpose(light.lsFromWorld);  // rows of light space, from world - eye
-  const double flip = frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0;
   const glm::dvec2 scale = 2.0 / fit.size;
-  const auto across = [&](const glm::dvec3& row) { return rows[0] * row.x + rows[1] * row.y + rows[3] * row.z; };
-  const glm::dvec4 w = across(fit.w);
-  const glm::dvec4 x = across(fit.s) * scale.x - w * (fit.least.x * scale.x + 1.0);
-  const glm::dvec4 y = across(fit.t) * scale.y - w * (fit.least.y * scale.y + 1.0);
+  const double flip = frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0;
+  // Rows over (x, y, 1) of light space.
+  const glm::dvec3 w = fit.w;
+  const glm::dvec3 x = fit.s * scale.x - w * (fit.least.x * scale.x + 1.0);
+  const glm::dvec3 y = (fit.t * scale.y - w * (fit.least.y * scale.y + 1.0)) * flip;
   // Depth over w: w is constant along a light ray, so depth stays linear there; w >= 1 keeps it in range.
-  glm::dvec4 z = (rows[2] - rows[3] * fit.depthNear) / (fit.depthFar - fit.depthNear);
-  if (frame.shadowMap.depth == DepthConvention::negativeOneToOne) z = 2.0 * z - w;
-  if (frame.shadowMap.depth == DepthConvention::reversedZeroToOne) z = w - z;
-  glm::dmat4 crop = glm::transpose(glm::dmat4(x, flip * y, z, w));
+  double perDepth = 1.0 / (fit.depthFar - fit.depthNear), byW = 0.0;
+  if (frame.shadowMap.depth == DepthConvention::negativeOneToOne) perDepth *= 2.0, byW = -1.0;
+  if (frame.shadowMap.depth == DepthConvention::reversedZeroToOne) perDepth *= -1.0, byW = 1.0;
+  glm::dmat4 crop;  // from world - eye
+  for (int c = 0; c < 4; ++c) {
+    const glm::dvec4& ls = light.lsFromWorld[c];
+    const auto over = [&](const glm::dvec3& row) { return row.x * ls.x + row.y * ls.y + row.z * ls.w; };
+    const double clipW = over(w);
+    crop[c] = {over(x), over(y), (ls.z - ls.w * fit.depthNear) * perDepth + clipW * byW, clipW};
+  }
   if (eyeMinusOriginWs != glm::dvec3(0.0)) crop[3] -= glm::dmat4(glm::dmat3(crop)) * glm::dvec4(eyeMinusOriginWs, 0.0);
   return crop;
 }

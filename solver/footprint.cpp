@@ -15,57 +15,69 @@ struct Ring {
   std::uint8_t index[2 * kMaxHull];
 };
 
-// True where the ring is the convex hull of these points too: it turns left everywhere, goes round once and holds the others.
-bool isHull(const glm::dvec2* points, int count, const Ring& ring) noexcept {
+// True where the ring is the convex hull of these points too: it turns left everywhere, goes round once and holds the others. Writes its
+// vertices.
+bool isHull(const glm::dvec3* points, int count, const Ring& ring, glm::dvec2* hull) noexcept {
   if (ring.pointCount != count || ring.count < 3) return false;
-  glm::dvec2 from = points[ring.index[ring.count - 1]], last = from - points[ring.index[ring.count - 2]];
+  for (int i = 0; i < ring.count; ++i) hull[i] = glm::dvec2(points[ring.index[i]]);
+  const glm::dvec2& end = hull[ring.count - 1];
+  double least = kInfinity;  // turn
   int turns = 0;
+  glm::dvec2 last = end - hull[ring.count - 2];
   for (int i = 0; i < ring.count; ++i) {
-    const glm::dvec2 to = points[ring.index[i]], edge = to - from;
-    if (!(cross2(last, edge) > 0.0)) return false;
+    const glm::dvec2 edge = hull[i] - (i > 0 ? hull[i - 1] : end);
+    least = std::min(least, cross2(last, edge));
     turns += (last.x < 0.0) != (edge.x < 0.0);
-    for (int j = ring.count; j < count; ++j)
-      if (!(cross2(edge, points[ring.index[j]] - from) >= 0.0)) return false;
-    from = to;
     last = edge;
   }
-  return turns == 2;
+  if (!(least > 0.0) || turns != 2) return false;
+  for (int j = ring.count; j < count; ++j) {
+    const glm::dvec2 inside(points[ring.index[j]]);
+    glm::dvec2 from = end - inside;
+    for (int i = 0; i < ring.count; ++i) {
+      const glm::dvec2 to = hull[i] - inside;
+      least = std::min(least, cross2(from, to));
+      from = to;
+    }
+  }
+  return least >= 0.0;
 }
 
-// Convex hull.  (Andrew's monotone chain)
-void makeHull(const glm::dvec2* points, int count, Ring& ring) noexcept {
-  if (isHull(points, count, ring)) return;
+// Convex hull of the points' x and y; returns its vertices' number.  (Andrew's monotone chain)
+int makeHull(const glm::dvec3* points, int count, Ring& ring, glm::dvec2* hull) noexcept {
+  if (isHull(points, count, ring, hull)) return ring.count;
   std::uint8_t order[kMaxHull];
   for (int i = 0; i < count; ++i) {
-    const glm::dvec2& p = points[i];
+    const glm::dvec2 p(points[i]);
     int j = i;
     for (; j > 0; --j) {
-      const glm::dvec2& before = points[order[j - 1]];
+      const glm::dvec3& before = points[order[j - 1]];
       if (before.x < p.x || (before.x == p.x && before.y <= p.y)) break;
       order[j] = order[j - 1];
     }
     order[j] = static_cast<std::uint8_t>(i);
   }
+  glm::dvec2 chain[kMaxHull + 1];
   int size = 0;
   const auto extend = [&](std::uint8_t index, int least) {
-    const glm::dvec2& p = points[index];
-    for (; size >= least; --size) {
-      const glm::dvec2 &a = points[ring.index[size - 2]], &b = points[ring.index[size - 1]];
-      if ((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x) > 0.0) break;
-    }
+    const glm::dvec2 p(points[index]);
+    while (size >= least && !(cross2(chain[size - 1] - chain[size - 2], p - chain[size - 2]) > 0.0)) --size;
+    chain[size] = p;
     ring.index[size++] = index;
   };
   for (int i = 0; i < count; ++i) extend(order[i], 2);
   const int lower = size;
   for (int i = count - 2; i >= 0; --i) extend(order[i], lower + 1);
   if (size > 1) --size;  // the first point again
-  if (size == 2 && points[ring.index[0]] == points[ring.index[1]]) size = 1;
+  if (size == 2 && chain[0] == chain[1]) size = 1;
+  std::copy_n(chain, size, hull);
   ring.pointCount = count;
   ring.count = size;
   std::uint64_t isVertex = 0;
-  for (int i = 0; i < size; ++i) isVertex |= std::uint64_t{1} << ring.index[i];
+  for (int i = 0; i < ring.count; ++i) isVertex |= std::uint64_t{1} << ring.index[i];
   for (int i = 0; i < count; ++i)
     if (!(isVertex >> i & 1)) ring.index[size++] = static_cast<std::uint8_t>(i);
+  return ring.count;
 }
 static_assert(kMaxHull <= 64);
 
@@ -98,13 +110,16 @@ struct Seen {
 // An edge that is not parallel to the image, from its nearer vertex to its farther one.
 struct Rising {
   std::uint8_t from, to;
-  Seen slope;  // per unit of view depth
+  Seen start, slope;  // the nearer vertex; per unit of view depth
+  double end;  // view depth of the farther vertex
 };
 
 // A cell seen from the light.
 struct SeenCell {
   int vertexCount = 0, risingCount = 0;
-  std::uint64_t risingVertices = 0;  // bits: vertices of rising edges; all of them but in a flat cell
+  std::uint64_t risingVertices = 0;  // bits: vertices of rising edges
+  bool isFlat = false;  // some vertices are of no rising edge
+  bool isAffine = true;  // w is 1: a directional light has no perspective
   Seen vertices[kMaxCellVertices];
   Rising rising[kMaxCellEdges];
 };
@@ -114,10 +129,11 @@ void look(const Cell& cell, const glm::dmat4& lsFromView, SeenCell& seen) noexce
   seen.vertexCount = cell.vertexCount;
   seen.risingCount = 0;
   seen.risingVertices = 0;
+  seen.isAffine = lsFromView[0][3] == 0.0 && lsFromView[1][3] == 0.0 && lsFromView[2][3] == 0.0 && lsFromView[3][3] == 1.0;
   for (int v = 0; v < cell.vertexCount; ++v) {
     const glm::dvec3& vs = cell.vertices[v];
     const auto row = [&](int r) { return lsFromView[0][r] * vs.x + lsFromView[1][r] * vs.y + lsFromView[2][r] * vs.z + lsFromView[3][r]; };
-    seen.vertices[v] = {row(0), row(1), row(2), row(3), vs.z};
+    seen.vertices[v] = {row(0), row(1), row(2), seen.isAffine ? 1.0 : row(3), vs.z};
   }
   for (int i = 0; i < cell.edgeCount; ++i) {
     std::uint8_t from = cell.edges[i].from, to = cell.edges[i].to;
@@ -126,39 +142,73 @@ void look(const Cell& cell, const glm::dmat4& lsFromView, SeenCell& seen) noexce
     const Seen &p = seen.vertices[from], &q = seen.vertices[to];
     const double perDepth = 1.0 / (q.z - p.z);
     seen.rising[seen.risingCount++] = {
-        from, to, {(q.x - p.x) * perDepth, (q.y - p.y) * perDepth, (q.depth - p.depth) * perDepth, (q.w - p.w) * perDepth, 1.0}};
+        from, to, p, {(q.x - p.x) * perDepth, (q.y - p.y) * perDepth, (q.depth - p.depth) * perDepth, (q.w - p.w) * perDepth, 1.0}, q.z};
     seen.risingVertices |= std::uint64_t{1} << from | std::uint64_t{1} << to;
   }
+  seen.isFlat = std::popcount(seen.risingVertices) != seen.vertexCount;
 }
 
 // The points that one footprint must cover, before their hull.
 struct Points {
   int count = 0;
-  double depthNear = kInfinity, depthFar = -kInfinity;
-  glm::dvec2 xy[kMaxHull];
-  Ring ring;
+  double depthNear = kInfinity, depthFar = -kInfinity;  // of those condensed
+  glm::dvec3 ls[kMaxHull];
+
+  void add(const glm::dvec3& point, double) noexcept {
+    if (count == kMaxHull) condense();
+    ls[count++] = point;
+  }
 
   void clear() noexcept {
     count = 0;
     depthNear = kInfinity;
     depthFar = -kInfinity;
   }
-  void add(const glm::dvec3& ls, double) noexcept {
-    if (count == kMaxHull) condense();
-    xy[count++] = {ls.x, ls.y};
-    depthNear = ls.z < depthNear ? ls.z : depthNear;
-    depthFar = ls.z > depthFar ? ls.z : depthFar;
+
+  // What the points say of a footprint.
+  void finish(Ring& ring, Footprint& footprint) noexcept {
+    footprint.count = makeHull(ls, count, ring, footprint.hull);
+    measureDepth();
+    footprint.depthNear = depthNear;
+    footprint.depthFar = depthFar;
+  }
+
+  // Makes the footprint a copy of an earlier one where the points are copies of its. False where they are not.
+  bool finishCopy(const Points& others, const Footprint& other, double tolerance, int like, Footprint& footprint) noexcept {
+    if (count != others.count) return false;
+    const double scale = footprint.padded.far / other.padded.far;
+    double apart = 0.0;
+    for (int i = 0; i < count; ++i) {
+      const glm::dvec3 gap = glm::abs(ls[i] - others.ls[i] * scale);
+      apart = std::max(apart, gap.x + gap.y + gap.z);
+    }
+    if (!(apart <= tolerance * scale)) return false;
+    footprint.like = like;
+    footprint.scale = scale;
+    footprint.apart = apart;
+    footprint.count = other.count;
+    for (int i = 0; i < other.count; ++i) footprint.hull[i] = other.hull[i] * scale;
+    measureDepth();
+    footprint.depthNear = depthNear;
+    footprint.depthFar = depthFar;
+    return true;
   }
 
  private:
+  void measureDepth() noexcept {
+    for (int i = 0; i < count; ++i) {
+      depthNear = std::min(depthNear, ls[i].z);
+      depthFar = std::max(depthFar, ls[i].z);
+    }
+  }
   // Makes room where there is none: only the hull's vertices matter.
   void condense() noexcept {
-    makeHull(xy, count, ring);
+    measureDepth();
+    Ring ring;
     glm::dvec2 hull[kMaxHull];
-    for (int i = 0; i < ring.count; ++i) hull[i] = xy[ring.index[i]];
-    count = ring.count;
-    std::copy_n(hull, count, xy);
-    if (count > kMaxHull / 2) count = simplifyHull(xy, count);
+    count = makeHull(ls, count, ring, hull);
+    if (count > kMaxHull / 2) count = simplifyHull(hull, count);
+    for (int i = 0; i < count; ++i) ls[i] = glm::dvec3(hull[i], depthNear);
   }
 };
 
@@ -176,18 +226,14 @@ struct ServedPoints {
  private:
   // Too many: their hull, every vertex with the least width of all, needs no fewer texels.
   void condense() noexcept {
-    glm::dvec2 xy[kMaxHull];
     double least = kInfinity, depth = 0.0;
     for (int i = 0; i < served->count; ++i) {
-      xy[i] = glm::dvec2(served->points[i]);
       least = std::min(least, served->pixels[i]);
       depth += served->points[i].z / served->count;
     }
     Ring ring;
-    makeHull(xy, served->count, ring);
     glm::dvec2 hull[kMaxHull];
-    int count = ring.count;
-    for (int i = 0; i < count; ++i) hull[i] = xy[ring.index[i]];
+    int count = makeHull(served->points, served->count, ring, hull);
     if (count > kMaxHull / 2) count = simplifyHull(hull, count);
     served->count = count;
     for (int i = 0; i < count; ++i) {
@@ -202,43 +248,32 @@ struct ServedPoints {
 template <class Sink>
 void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept {
   const auto add = [&](double x, double y, double depth, double w, double z) {
-    if (w == 1.0)  // a directional light has no perspective
+    if (seen.isAffine)
       points.add({x, y, depth}, z);
     else
       points.add(glm::dvec3(x, y, depth) / w, z);
   };
-  const auto addVertex = [&](const Seen& v) { add(v.x, v.y, v.depth, v.w, v.z); };
-  std::uint64_t added = seen.risingVertices;
-  if (std::popcount(added) != seen.vertexCount)
+  std::uint64_t added = 0;
+  const auto addVertex = [&](int i) {
+    if (added >> i & 1) return;
+    added |= std::uint64_t{1} << i;
+    const Seen& v = seen.vertices[i];
+    add(v.x, v.y, v.depth, v.w, v.z);
+  };
+  if (seen.isFlat)
     for (int i = 0; i < seen.vertexCount; ++i)
-      if (!(added >> i & 1) && seen.vertices[i].z >= slab.near && seen.vertices[i].z <= slab.far) addVertex(seen.vertices[i]);
-  added = 0;
-  const auto addEnd = [&](const Rising& edge, int end, double z) {
-    if (seen.vertices[end].z == z) {
-      if (!(added >> end & 1)) addVertex(seen.vertices[end]);
-      added |= std::uint64_t{1} << end;
-      return;
-    }
-    const Seen& from = seen.vertices[edge.from];
+      if (!(seen.risingVertices >> i & 1) && seen.vertices[i].z >= slab.near && seen.vertices[i].z <= slab.far) addVertex(i);
+  const auto addBetween = [&](const Rising& edge, double z) {
+    const Seen &from = edge.start, &slope = edge.slope;
     const double t = z - from.z;
-    add(from.x + edge.slope.x * t, from.y + edge.slope.y * t, from.depth + edge.slope.depth * t, from.w + edge.slope.w * t, z);
+    add(from.x + slope.x * t, from.y + slope.y * t, from.depth + slope.depth * t, from.w + slope.w * t, z);
   };
   for (int i = 0; i < seen.risingCount; ++i) {
     const Rising& edge = seen.rising[i];
-    const double from = seen.vertices[edge.from].z, to = seen.vertices[edge.to].z;
-    if (from > slab.far || to < slab.near) continue;
-    addEnd(edge, edge.from, from < slab.near ? slab.near : from);
-    addEnd(edge, edge.to, to > slab.far ? slab.far : to);
+    if (edge.start.z > slab.far || edge.end < slab.near) continue;
+    edge.start.z < slab.near ? addBetween(edge, slab.near) : addVertex(edge.from);
+    edge.end > slab.far ? addBetween(edge, slab.far) : addVertex(edge.to);
   }
-}
-
-// What the gathered points say of a footprint.
-void finish(Points& points, Footprint& footprint) noexcept {
-  makeHull(points.xy, points.count, points.ring);
-  footprint.count = points.ring.count;
-  for (int i = 0; i < footprint.count; ++i) footprint.hull[i] = points.xy[points.ring.index[i]];
-  footprint.depthNear = points.depthNear;
-  footprint.depthFar = points.depthFar;
 }
 
 // Distance from the eye to the farthest corner of a view slice.
@@ -282,37 +317,61 @@ void forEachCell(const Region& region, const LightSpace& light, const Splits& sp
   }
 }
 
+// How far points may be from copies of a footprint's: a share of its width that makes no difference to the choice of an axis or a warp.
+double copyTolerance(const Footprint& footprint) noexcept {
+  constexpr double kAlike = 1e-4;
+  double twiceArea = 0.0;
+  for (int i = 0; i < footprint.count; ++i) twiceArea += cross2(footprint.hull[i], footprint.hull[i + 1 < footprint.count ? i + 1 : 0]);
+  return kAlike * twiceArea / (4.0 * footprint.reach);  // half the area over half the width
+}
+
 }  // namespace
 
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
-                    Footprint* footprints) noexcept {
+                    bool mayCopy, Footprint* footprints, Served* served) noexcept {
+  DepthSpan padded[kMaxPartitions];
+  padSlices(region, splits, margin, byViewDepth, padded);
   for (int s = 0; s < splits.count; ++s) {
     Footprint& footprint = footprints[s];
     footprint.count = 0;
     footprint.depthNear = footprint.depthFar = 0.0;
-    footprint.padded = padSlice(region, splits, s, margin, byViewDepth);
+    footprint.padded = padded[s];
+    footprint.like = s;
+    footprint.scale = 1.0;
+    footprint.apart = 0.0;
     footprint.reach = farthestReach(region, footprint.padded);
+    if (served) served[s].count = 0;
   }
+  const auto addServed = [&](int s, const SeenCell& seen) {
+    if (!served) return;
+    ServedPoints points{region.pixelSlope, region.pixelBase, &served[s]};
+    addSlab(points, seen, splits.slices[s]);
+  };
+  Ring ring;
   if (cellCount(region) == 1) {
-    Points points;
+    Points points[2];
+    Points *now = &points[0], *model = &points[1];
+    int like = -1;
+    double tolerance = 0.0;
     forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
-      points.clear();
-      addSlab(points, seen, footprints[s].padded);
-      finish(points, footprints[s]);
+      now->clear();
+      addSlab(*now, seen, footprints[s].padded);
+      addServed(s, seen);
+      if (like >= 0 && now->finishCopy(*model, footprints[like], tolerance, like, footprints[s])) return;
+      now->finish(ring, footprints[s]);
+      if (!mayCopy) return;
+      like = s;
+      tolerance = copyTolerance(footprints[s]);
+      std::swap(now, model);
     });
     return;
   }
   Points points[kMaxPartitions];
-  forEachCell(region, light, splits, [&](int s, const SeenCell& seen) { addSlab(points[s], seen, footprints[s].padded); });
-  for (int s = 0; s < splits.count; ++s) finish(points[s], footprints[s]);
-}
-
-void gatherServed(const Region& region, const LightSpace& light, const Splits& splits, Served* served) noexcept {
-  for (int s = 0; s < splits.count; ++s) served[s].count = 0;
   forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
-    ServedPoints points{region.pixelSlope, region.pixelBase, &served[s]};
-    addSlab(points, seen, splits.slices[s]);
+    addSlab(points[s], seen, footprints[s].padded);
+    addServed(s, seen);
   });
+  for (int s = 0; s < splits.count; ++s) points[s].finish(ring, footprints[s]);
 }
 
 }  // namespace gnomon

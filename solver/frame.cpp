@@ -7,7 +7,7 @@ namespace gnomon {
 
 Status validate(const Frame& frame, double& value) noexcept {
   const auto isShare = [](double x) { return x >= 0.0 && x <= 1.0; };
-  const auto isAmount = [](double x) { return x >= 0.0 && std::isfinite(x); };
+  const auto isAmount = [](double x) { return x >= 0.0 && x < kInfinity; };
   if (const Status status = validate(frame.camera, value); status != Status::ok) return status;
   for (const double side : {frame.image.width, frame.image.height})
     if (value = side; !(side > 0.0 && std::isfinite(side))) return Status::imageSize;

@@ -97,11 +97,13 @@ std::uint32_t keepMaps(const Frame& frame, std::uint32_t wanted, DrawnMaps& draw
     splits.count = count;
     for (int i = 0; i < count; ++i) splits.slices[i] = {solution.partitions[i].near, solution.partitions[i].far};
     const bool byViewDepth = (solution.block.info.y & GNOMON_FLAG_VIEW_DEPTH) != 0u;
+    DepthSpan padded[kMaxPartitions];
+    padSlices(region, splits, frame.margin, byViewDepth, padded);
     for (int i = 0; i < std::min(count, drawn.count); ++i) {
       const DrawnMaps::Map& map = drawn.maps[i];
       if ((wanted >> i & 1u) == 0u || !isSamePlace(map.partition, solution.partitions[i])) continue;
       if (!isPlain(map.partition) || !isPlain(solution.partitions[i])) continue;
-      if (covers(map, frame, region, padSlice(region, splits, i, frame.margin, byViewDepth), solution.originWs)) kept |= 1u << i;
+      if (covers(map, frame, region, padded[i], solution.originWs)) kept |= 1u << i;
     }
   }
   drawn.count = count;

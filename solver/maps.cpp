@@ -69,30 +69,28 @@ Status beginSolve(const Frame& frame, const SplitSettings& splitting, FitMode fi
 
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
              bool byViewDepth, MapFits& maps) noexcept {
-  makeFootprints(region, light, splits, frame.margin, byViewDepth, maps.footprints);
-  for (int i = 0; i < splits.count; ++i) maps.pixels[i] = pixelWidth(frame.camera, frame.image, nearestIn(region, splits.slices[i]));
   maps.hasServed = splits.isWedged || settings.warp.warp != Warp::none;
-  if (maps.hasServed) gatherServed(region, light, splits, maps.served);
+  const bool mayCopy = settings.fit != FitMode::stable;  // a size that depends on the projection alone leaves no room
+  makeFootprints(region, light, splits, frame.margin, byViewDepth, mayCopy, maps.footprints, maps.hasServed ? maps.served : nullptr);
+  for (int i = 0; i < splits.count; ++i) maps.pixels[i] = region.pixelSlope * nearestIn(region, splits.slices[i]) + region.pixelBase;
   if (splits.isWedged)  // a wedge's nearest point decides, not the region's
     for (int i = 0; i < splits.count; ++i)
       if (const Served& served = maps.served[i]; served.count > 0)
         maps.pixels[i] = *std::min_element(served.pixels, served.pixels + served.count);
-  fitSlices(region, maps.footprints, splits.count, settings.fit, maps.pixels, maps.fits);
   const glm::dvec2 view(light.lsFromView[2]);
   const double length = std::sqrt(glm::dot(view, view));
   maps.neededTexels = 0.0;
   for (int i = 0; i < splits.count; ++i) {
-    if (maps.hasServed) {
+    MapFit& fit = maps.fits[i];
+    if (const int like = maps.footprints[i].like; like != i) {
+      fit = copyFit(maps.fits[like], maps.footprints[i]);
+      maps.shapes[i] = maps.shapes[like];
+    } else {
+      fit = fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i]);
       const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
-      const bool isKnown = i > 0 && isScaled(maps.footprints[i - 1], maps.footprints[i]);  // one search serves them all
-      maps.shapes[i] =
-          warpFit(settings.warp, light, maps.footprints[i], maps.served[i], axis, isKnown ? &maps.shapes[i - 1] : nullptr, maps.fits[i]);
+      if (maps.hasServed) maps.shapes[i] = warpFit(settings.warp, light, maps.footprints[i], maps.served[i], axis, fit);
     }
-    const MapFit& fit = maps.fits[i];
-    maps.needed[i] = maps.footprints[i].count == 0 ? 0.0
-                     : fit.isWarped                ? neededTexels(maps.served[i], maps.shapes[i])
-                                                   : fit.size.x * fit.size.y / (maps.pixels[i] * maps.pixels[i]);
-    maps.neededTexels += maps.needed[i];
+    maps.neededTexels += fit.needed;
   }
 }
 
@@ -109,9 +107,9 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   for (int i = 0, m = 0; i < splits.count; ++i)
     if (maps.footprints[i].count > 0) giveRoom(frame.margin.motion[m++], maps.fits[i]);
   double shares[kMaxPartitions];
-  for (int i = 0; i < splits.count; ++i) shares[i] = maps.needed[i] / maps.neededTexels;
-  Atlas atlas;
   const bool isShared = settings.shares == Shares::error && maps.neededTexels > 0.0;
+  for (int i = 0; isShared && i < splits.count; ++i) shares[i] = maps.fits[i].needed / maps.neededTexels;
+  Atlas atlas;
   if (const Status status = packAtlas(frame, maps.fits, isShared ? shares : nullptr, splits.count, atlas); status != Status::ok)
     return status;
 
@@ -120,8 +118,7 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   if (byViewDepth) warnings |= static_cast<std::uint32_t>(Warning::viewDepthSelection);
   const glm::dvec3 eyeMinusOrigin = region.eyeWs - solution.originWs;
   glm::dmat4 clipFromWorld[kMaxPartitions];
-  glm::dvec4 caps[kMaxCellPlanes];
-  const std::span<const glm::dvec4> capsWs(caps, static_cast<std::size_t>(makeCaps(region, light, caps)));
+  CullShape cullShape;
   Splits made;
   for (int i = 0; i < splits.count; ++i) {
     if (maps.footprints[i].count == 0) continue;
@@ -147,7 +144,8 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
     map.planeCount = splits.isWedged ? writePlanes(region, splits.wedges[i], map.planes) : 0;
     const double texel = std::max(fit.stretch.x * fit.size.x / map.viewport.z, fit.stretch.y * fit.size.y / map.viewport.w);
     const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset) + region.unevenness + frame.margin.motion[m];
-    map.cullPlaneCount = makeCullPlanes(region, light, maps.footprints[i], capsWs, grow, map.cullPlanes);
+    if (maps.footprints[i].like == i) makeCullShape(region, light, maps.footprints[i], cullShape);
+    map.cullPlaneCount = makeCullPlanes(cullShape, maps.footprints[i], grow, map.cullPlanes);
     solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
     solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;
   }

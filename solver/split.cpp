@@ -6,18 +6,6 @@
 namespace gnomon {
 namespace {
 
-// The i-th of m planes between n and f. Ends are exact.
-double plane(SplitScheme scheme, const SplitSettings& settings, bool isPerspective, double n, double f, int i, int m) noexcept {
-  if (i == 0) return n;
-  if (i == m) return f;
-  const double share = static_cast<double>(i) / m;
-  const double uniform = n + (f - n) * share;  // [Zhang 2006, eq. 5]
-  if (scheme == SplitScheme::uniform || !isPerspective) return uniform;
-  const double logarithmic = n * std::pow(f / n, share);  // [Zhang 2006, eq. 4]
-  if (scheme == SplitScheme::logarithmic) return logarithmic;
-  return settings.lambda * logarithmic + (1.0 - settings.lambda) * uniform + settings.bias;  // [Zhang 2006, eq. 7 corrected]
-}
-
 // A stretch of the region that consecutive slices share without leaving out a gap.
 struct Stretch {
   DepthSpan span;
@@ -116,15 +104,21 @@ bool needsViewDepth(const Region& region, const Splits& splits) noexcept {
   return false;
 }
 
-DepthSpan padSlice(const Region& region, const Splits& splits, int i, const Margin& margin, bool byViewDepth) noexcept {
-  const DepthSpan& slice = splits.slices[i];
-  if (splits.isWedged) return slice;
-  const auto quantum = [&](double z) {
-    return std::max(viewQuantum(region.camera, z), byViewDepth ? 0.0 : depthQuantum(region.camera, z));
-  };
-  double near = slice.near - quantum(slice.near);
-  if (i > 0 && splits.slices[i - 1].far == slice.near) near -= margin.blend * (slice.near - splits.slices[i - 1].near);
-  return {std::max(near, region.near), std::min(slice.far + quantum(slice.far), region.far)};
+void padSlices(const Region& region, const Splits& splits, const Margin& margin, bool byViewDepth, DepthSpan* padded) noexcept {
+  double atFar = 0.0;
+  for (int i = 0; i < splits.count; ++i) {
+    const DepthSpan& slice = splits.slices[i];
+    padded[i] = slice;
+    if (splits.isWedged) continue;
+    const auto quantum = [&](double z) {
+      return std::max(viewQuantum(region.camera, z), byViewDepth ? 0.0 : depthQuantum(region.camera, z));
+    };
+    const bool hasBefore = i > 0 && splits.slices[i - 1].far == slice.near;
+    double near = slice.near - (hasBefore ? atFar : quantum(slice.near));
+    if (hasBefore) near -= margin.blend * (slice.near - splits.slices[i - 1].near);
+    atFar = quantum(slice.far);
+    padded[i] = {std::max(near, region.near), std::min(slice.far + atFar, region.far)};
+  }
 }
 
 Status validate(const SplitSettings& settings, const Budget& budget, double& value, int& index) noexcept {
@@ -163,17 +157,24 @@ Status split(const Region& region, const SplitSettings& settings, int count, Spl
   const int stretchCount = findStretches(region, count, stretches);
   for (int s = 0; s < stretchCount; ++s) {
     const Stretch& stretch = stretches[s];
-    double from = stretch.span.near;
+    const double near = stretch.span.near, far = stretch.span.far;
+    const bool isUniform = settings.scheme == SplitScheme::uniform || !isPerspective;
+    const double ratio = isUniform ? 1.0 : std::pow(far / near, 1.0 / stretch.count);
+    double from = near, logarithmic = near;
     for (int i = 1; i <= stretch.count; ++i) {
-      const double to = plane(settings.scheme, settings, isPerspective, stretch.span.near, stretch.span.far, i, stretch.count);
       const bool isLast = i == stretch.count;
+      const double uniform = near + (far - near) * (static_cast<double>(i) / stretch.count);  // [Zhang 2006, eq. 5]
+      logarithmic *= ratio;  // [Zhang 2006, eq. 4]
+      double to = isUniform ? uniform : logarithmic;
+      if (settings.scheme == SplitScheme::practical && isPerspective)
+        to = settings.lambda * logarithmic + (1.0 - settings.lambda) * uniform + settings.bias;  // [Zhang 2006, eq. 7 corrected]
+      if (isLast) to = far;
       // Only a bias can break the order; elsewhere planes that rounding puts together leave nothing between them.
-      if (!isLast && settings.scheme == SplitScheme::practical && settings.bias > 0.0 && isPerspective &&
-          !(to > from && to < stretch.span.far)) {
+      if (!isLast && settings.scheme == SplitScheme::practical && settings.bias > 0.0 && isPerspective && !(to > from && to < far)) {
         refused = settings.bias;
         return Status::splitBiasOrder;
       }
-      if (to > from || (isLast && from == stretch.span.near)) append(region, {from, to}, isLast, splits);
+      if (to > from || (isLast && from == near)) append(region, {from, to}, isLast, splits);
       from = to;
     }
   }

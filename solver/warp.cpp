@@ -76,15 +76,72 @@ Spread findSpread(const Footprint& footprint) noexcept {
 
 double angleOf(const glm::dvec2& v) noexcept { return std::atan2(v.y, v.x); }
 
+// The vertices that a map serves, as trial shapes meet them: what a shape shares with the one tried before it is kept.
+class Trial {
+ public:
+  explicit Trial(const Served& served) noexcept : served_(served) {
+    for (int i = 0; i < served.count; ++i) density_[i] = 1.0 / (served.pixels[i] * served.pixels[i]);
+  }
+
+  // The texels that a map of this shape needs.
+  double texels(const WarpShape& shape) noexcept {
+    if (shape.phi != phi_) turn(shape.phi);
+    if (shape.kappa != kappa_) {
+      kappa_ = shape.kappa;
+      growth_ = shape.kappa == 0.0 ? 0.0 : std::exp(shape.kappa) - 1.0;
+    }
+    const double sigma = shape.sigma, tau = shape.tau, scale = 1.0 - sigma * tau;
+    constexpr double kLeastScale = 0.02;  // sine-like: below it the map folds into a line
+    if (!(length_ > 0.0) || !(std::abs(scale) > kLeastScale)) return kInfinity;
+    const double d = growth_ / length_, dTau = d * tau, tauSquared = tau * tau;
+    double leastS = kInfinity, mostS = -kInfinity, leastT = kInfinity, mostT = -kInfinity, widestS = 0.0, widestT = 0.0;
+    for (int i = 0; i < served_.count; ++i) {
+      const double along = along_[i], across = across_[i], w = 1.0 + d * along, perW = 1.0 / w, square = w * w;
+      const double mapS = (along + tau * across) * perW, mapT = (across + sigma * along) * perW;
+      leastS = mapS < leastS ? mapS : leastS;
+      mostS = mapS > mostS ? mapS : mostS;
+      leastT = mapT < leastT ? mapT : leastT;
+      mostT = mapT > mostT ? mapT : mostT;
+      // Edges of a unit square over the pixel's width, squared, but for 1 - sigma tau: x and y are w (1 - d mapS) and w (sigma - d mapT).
+      const double x = 1.0 - dTau * across, y = sigma - d * across, weight = square * density_[i];
+      const double edgeT = (x * x + tauSquared * square) * weight, edgeS = (y * y + square) * weight;
+      widestS = edgeS > widestS ? edgeS : widestS;
+      widestT = edgeT > widestT ? edgeT : widestT;
+    }
+    return (mostS - leastS) * (mostT - leastT) * std::sqrt(widestS * widestT) / (scale * scale);
+  }
+
+ private:
+  void turn(double phi) noexcept {
+    phi_ = phi;
+    const double c = std::cos(phi), s = std::sin(phi);
+    double from = kInfinity, to = -kInfinity;
+    for (int i = 0; i < served_.count; ++i) {
+      const glm::dvec3& p = served_.points[i];
+      along_[i] = c * p.x + s * p.y;
+      across_[i] = c * p.y - s * p.x;
+      from = along_[i] < from ? along_[i] : from;
+      to = along_[i] > to ? along_[i] : to;
+    }
+    for (int i = 0; i < served_.count; ++i) along_[i] -= from;
+    length_ = to - from;
+  }
+
+  const Served& served_;
+  double density_[kMaxHull], along_[kMaxHull], across_[kMaxHull];
+  double phi_ = kInfinity, kappa_ = kInfinity;  // none yet
+  double growth_ = 0.0, length_ = 0.0;
+};
+
 // Candidates, then a compass search from the best of them.
 class Search {
  public:
-  Search(const Served& served, double rectangleTexels, const WarpShape& rectangle) noexcept
-      : served_(served), texels_(rectangleTexels), shape_(rectangle) {}
+  Search(const Served& served, const WarpShape& rectangle) noexcept
+      : trial_(served), texels_(trial_.texels(rectangle)), shape_(rectangle) {}
 
   void consider(const WarpShape& shape) noexcept {
     ++trials_;
-    const double texels = shape.kappa >= 0.0 ? neededTexels(served_, shape) : kInfinity;
+    const double texels = shape.kappa >= 0.0 ? trial_.texels(shape) : kInfinity;
     if (!(texels < texels_)) return;
     texels_ = texels;
     shape_ = shape;
@@ -115,10 +172,9 @@ class Search {
   }
 
   const WarpShape& shape() const noexcept { return shape_; }
-  double texels() const noexcept { return texels_; }
 
  private:
-  const Served& served_;
+  Trial trial_;
   double texels_;
   WarpShape shape_;
   int trials_ = 0;
@@ -187,16 +243,18 @@ void shapeFit(const WarpShape& shape, const Footprint& footprint, const Served& 
   extent();
   // Edges of a unit of s and of t: w |w grad t - t grad w| / det and the same with s, on the light plane.
   const double determinant = glm::dot(glm::cross(fit.s, fit.t), fit.w);
-  glm::dvec2 widest(0.0), stretch(0.0);
+  glm::dvec2 widest(0.0), stretch(0.0);  // squared
   for (int i = 0; i < served.count; ++i) {
     const glm::dvec3 p(served.points[i].x, served.points[i].y, 1.0);
-    const double w = glm::dot(fit.w, p);
-    const glm::dvec3 s = w * fit.s - glm::dot(fit.s, p) * fit.w, t = w * fit.t - glm::dot(fit.t, p) * fit.w;
-    const glm::dvec2 edge = glm::dvec2(std::hypot(t.x, t.y), std::hypot(s.x, s.y)) * (w / determinant);
+    const double w = glm::dot(fit.w, p), perPixel = 1.0 / served.pixels[i];
+    const glm::dvec2 s = glm::dvec2(w * fit.s - glm::dot(fit.s, p) * fit.w), t = glm::dvec2(w * fit.t - glm::dot(fit.t, p) * fit.w);
+    const glm::dvec2 edge = glm::dvec2(glm::dot(t, t), glm::dot(s, s)) * (w * w);
     stretch = glm::max(stretch, edge);
-    widest = glm::max(widest, edge / served.pixels[i]);
+    widest = glm::max(widest, edge * (perPixel * perPixel));
   }
-  fit.stretch = stretch;
+  fit.stretch = glm::sqrt(stretch) / determinant;
+  widest = glm::sqrt(widest) / determinant;
+  fit.needed = widest.x * fit.size.x * widest.y * fit.size.y;
   fit.aspect = widest.x * fit.size.x / (widest.y * fit.size.y);
   if (fit.aspect >= 1.0) return;
   // Lying rectangles shelve better: turn by a right angle.
@@ -211,36 +269,7 @@ void shapeFit(const WarpShape& shape, const Footprint& footprint, const Served& 
 
 }  // namespace
 
-double neededTexels(const Served& served, const WarpShape& shape) noexcept {
-  const double c = std::cos(shape.phi), s = std::sin(shape.phi);
-  double u[kMaxHull];
-  double from = kInfinity, to = -kInfinity;
-  for (int i = 0; i < served.count; ++i) {
-    u[i] = c * served.points[i].x + s * served.points[i].y;
-    from = u[i] < from ? u[i] : from;
-    to = u[i] > to ? u[i] : to;
-  }
-  const double scale = 1.0 - shape.sigma * shape.tau;
-  constexpr double kLeastScale = 0.02;  // sine-like: below it the map folds into a line
-  if (!(to > from) || !(std::abs(scale) > kLeastScale)) return kInfinity;
-  const double d = (shape.kappa == 0.0 ? 0.0 : std::exp(shape.kappa) - 1.0) / (to - from);
-  double leastS = kInfinity, mostS = -kInfinity, leastT = kInfinity, mostT = -kInfinity, widestS = 0.0, widestT = 0.0;
-  for (int i = 0; i < served.count; ++i) {
-    const double along = u[i] - from, across = c * served.points[i].y - s * served.points[i].x;
-    const double w = 1.0 + d * along, perW = 1.0 / w;
-    const double mapS = (along + shape.tau * across) * perW, mapT = (across + shape.sigma * along) * perW;
-    leastS = mapS < leastS ? mapS : leastS;
-    mostS = mapS > mostS ? mapS : mostS;
-    leastT = mapT < leastT ? mapT : leastT;
-    mostT = mapT > mostT ? mapT : mostT;
-    // Edges of a unit square, squared, but for w^2 / (1 - sigma tau).
-    const double x = 1.0 - mapS * d, y = shape.sigma - mapT * d, grow = w * w / served.pixels[i], square = grow * grow;
-    const double edgeT = (x * x + shape.tau * shape.tau) * square, edgeS = (y * y + 1.0) * square;
-    widestS = edgeS > widestS ? edgeS : widestS;
-    widestT = edgeT > widestT ? edgeT : widestT;
-  }
-  return (mostS - leastS) * (mostT - leastT) * std::sqrt(widestS * widestT) / (scale * scale);
-}
+double neededTexels(const Served& served, const WarpShape& shape) noexcept { return Trial(served).texels(shape); }
 
 double warpDistance(double eta, double alpha) noexcept {
   const double root = std::sqrt(alpha);
@@ -261,7 +290,7 @@ glm::dvec2 overheadErrors(double alpha, double halfFovTangent, double distance) 
 }
 
 WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const Footprint& footprint, const Served& served,
-                  const glm::dvec2& axis, const WarpShape* known, MapFit& fit) noexcept {
+                  const glm::dvec2& axis, MapFit& fit) noexcept {
   const WarpShape rectangle{angleOf(glm::dvec2(fit.s)), 0.0, 0.0, 0.0};
   const double thin = std::min(fit.size.x, fit.size.y);
   double narrowest = kInfinity, widest = 0.0;
@@ -272,12 +301,8 @@ WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const F
   // A line, a point, or pixels of one width: nothing to gain.
   if (settings.warp == Warp::none || footprint.count < 3 || served.count < 3 || !(thin > 2.0 * narrowest) || !(widest > narrowest))
     return rectangle;
-  if (known) {
-    if (isWarp(*known)) shapeFit(*known, footprint, served, fit);
-    return *known;
-  }
   const double logRatio = std::log(widest / narrowest);
-  Search search(served, neededTexels(served, rectangle), rectangle);
+  Search search(served, rectangle);
   if (settings.warp == Warp::least) {
     constexpr int kTrials = 64;  // 2 % above the optimum on average
     considerAll(search, light, findSpread(footprint), logRatio);

@@ -21,8 +21,7 @@ std::unique_ptr<Made> make(const Frame& frame, int count) {
   EXPECT_EQ(makeRegion(frame, made->region, index, value), Status::ok);
   EXPECT_EQ(makeLightSpace(frame.light, made->region, FitMode::tight, made->light), Status::ok);
   EXPECT_EQ(split(made->region, {}, count, made->splits, value), Status::ok);
-  makeFootprints(made->region, made->light, made->splits, {}, false, made->footprints);
-  gatherServed(made->region, made->light, made->splits, made->served);
+  makeFootprints(made->region, made->light, made->splits, {}, false, true, made->footprints, made->served);
   return made;
 }
 

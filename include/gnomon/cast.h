@@ -11,14 +11,21 @@
 
 namespace GNOMON_EXPORT gnomon {
 
-// The caps that every slice shares: the faces of the region's volume that light leaves it by, in world space with unit normals, but
-// for the view's near and far. Returns their number, at most kMaxCellPlanes.
-int makeCaps(const Region& region, const LightSpace& light, glm::dvec4* capsWs) noexcept;
+// What the swept volumes of slices whose footprints are alike share: the planes' directions.
+struct CullShape {
+  int sideCount = 0, count = 0;  // sides, then the cap across the light, then the slice's near or far end, then the region's other faces
+  bool hasEnd = false, isFar = false;
+  glm::dvec4 planesWs[kMaxCullPlanes];  // through the eye, unit normals
+  double offsets[kMaxCullPlanes];  // from the eye: of sides, for the footprint that the others are like, and of the region's faces
+};
+
+// The shape of a slice's swept volume: the silhouette of its footprint and the faces that light leaves the region by.
+void makeCullShape(const Region& region, const LightSpace& light, const Footprint& footprint, CullShape& shape) noexcept;
 
 // Writes the planes of the slice's region swept towards the light, moved outward by `grow` (world units: the margins and a texel),
-// in world space with unit normals. Returns their number, at most kMaxCullPlanes; fewer planes hold more.
-int makeCullPlanes(const Region& region, const LightSpace& light, const Footprint& footprint, std::span<const glm::dvec4> capsWs,
-                   double grow, glm::dvec4* planesWs) noexcept;
+// in world space with unit normals. shape: of the footprint that this one is like. Returns their number, at most kMaxCullPlanes; fewer
+// planes hold more.
+int makeCullPlanes(const CullShape& shape, const Footprint& footprint, double grow, glm::dvec4* planesWs) noexcept;
 
 // Extends the fit's depth range towards the light to hold every caster box over its rectangle.
 void extendToCasters(std::span<const Box> casters, const Region& region, const LightSpace& light, MapFit& fit) noexcept;

@@ -33,17 +33,16 @@ struct MapFit {
   glm::dvec2 least, size;  // size > 0
   glm::dvec2 stretch;  // world length of a unit of s and of t, where it is greatest
   bool isWarped;
+  double needed;  // texels for error 1 at every vertex served, before the viewport is chosen
   double aspect;  // of the viewport: texels along s over texels along t
   double depthNear, depthFar;  // depthFar > depthNear
 };
 
-// The rectangle for each slice. pixels: w_i at the slices' near ends, the least side a map needs. Slices of one shape share the search:
-// tight is the least area within 1e-4.
-void fitSlices(const Region& region, const Footprint* footprints, int count, FitMode mode, const double* pixels, MapFit* fits) noexcept;
+// The rectangle for a slice. pixel: w_i at its near end, the least side a map needs.
+[[nodiscard]] MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept;
 
-// True where b is a, scaled about the eye, as near as makes no difference to the choice of an axis or a warp: so are the slices of equal
-// ratio of a whole perspective view.
-[[nodiscard]] bool isScaled(const Footprint& a, const Footprint& b) noexcept;
+// The fit of a footprint that is a copy of another, from the other's.
+[[nodiscard]] MapFit copyFit(const MapFit& fit, const Footprint& footprint) noexcept;
 
 // How many units of s and of t a world length of 1 may span, at most.
 [[nodiscard]] glm::dvec2 unitsPerWorld(const MapFit& fit) noexcept;

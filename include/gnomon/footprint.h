@@ -32,11 +32,11 @@ struct Footprint {
   double depthNear, depthFar;  // light-space depths of what must be shadowed
   double reach;  // farthest distance from the eye, for rounding bounds
   DepthSpan padded;  // view depths covered
+  // Which footprint this is a copy of, scaled about the eye, or itself: the slices of equal ratio of a whole perspective view are alike. No
+  // point that it must hold is farther than `apart` from its copy, as near as makes no difference to the choice of an axis or a warp.
+  int like;
+  double scale, apart;
 };
-
-// Gathers the slices' footprints, each slice padded by the depth quantum and the blend band. One footprint for each slice.
-void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
-                    Footprint* footprints) noexcept;
 
 // The vertices of what a map serves, unpadded: every point it serves is a mean of them.
 struct Served {
@@ -45,7 +45,9 @@ struct Served {
   double pixels[kMaxHull];  // w_i there, world units
 };
 
-// Gathers the vertices that each slice serves. One Served for each slice.
-void gatherServed(const Region& region, const LightSpace& light, const Splits& splits, Served* served) noexcept;
+// Gathers the slices' footprints, each slice padded by the depth quantum and the blend band, and where `served` is not null the vertices
+// that each serves. One of each for each slice. mayCopy: false where every hull must be its own.
+void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
+                    bool mayCopy, Footprint* footprints, Served* served) noexcept;
 
 }  // namespace gnomon

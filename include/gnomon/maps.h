@@ -36,7 +36,7 @@ struct MapFits {
   MapFit fits[kMaxPartitions];
   WarpShape shapes[kMaxPartitions];  // filled where hasServed
   double pixels[kMaxPartitions];  // the least w_i that each serves
-  double needed[kMaxPartitions], neededTexels = 0.0;  // of each and of all, for error 1 at every vertex
+  double neededTexels = 0.0;  // of all fits
   bool hasServed = false;
 };
 

@@ -53,8 +53,8 @@ struct Splits {
 // True where the camera's depth buffer cannot tell neighbouring slices apart, so that shaders must select by view depth.
 [[nodiscard]] bool needsViewDepth(const Region& region, const Splits& splits) noexcept;
 
-// What the i-th map must cover: its slice, padded by what selection may confuse (float32 depth values, or view depths) and, at
-// its near end, by the blend band; never beyond the region.
-[[nodiscard]] DepthSpan padSlice(const Region& region, const Splits& splits, int i, const Margin& margin, bool byViewDepth) noexcept;
+// What each map must cover: its slice, padded by what selection may confuse (float32 depth values, or view depths) and, at its near end,
+// by the blend band; never beyond the region.
+void padSlices(const Region& region, const Splits& splits, const Margin& margin, bool byViewDepth, DepthSpan* padded) noexcept;
 
 }  // namespace gnomon

@@ -33,9 +33,9 @@ struct WarpShape {
 [[nodiscard]] double neededTexels(const Served& served, const WarpShape& shape) noexcept;
 
 // Replaces the rectangle that `fit` holds by a warped map, where that needs fewer texels. axis: along which named warps run (unit,
-// light plane; zero: none). known: the shape of a scaled footprint, to be taken as it is, or null. Returns the shape taken.
+// light plane; zero: none). Returns the shape taken.
 WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const Footprint& footprint, const Served& served,
-                  const glm::dvec2& axis, const WarpShape* known, MapFit& fit) noexcept;
+                  const glm::dvec2& axis, MapFit& fit) noexcept;
 
 // n' / n of a warp with parameter eta for pixel widths of ratio alpha >= 1; infinite for eta = -1 or alpha = 1.  [Lloyd 2006, eq. 11 corrected]
 [[nodiscard]] double warpDistance(double eta, double alpha) noexcept;

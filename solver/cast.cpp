@@ -7,52 +7,55 @@ namespace {
 
 constexpr int kMaxSides = 12;  // of the swept prism; more hull edges than that are replaced by their bounding rectangle
 
+void addPlane(const Region& region, const glm::dvec3& normalWs, double offset, CullShape& shape) noexcept {
+  if (shape.count == kMaxCullPlanes) return;
+  shape.planesWs[shape.count] = glm::dvec4(normalWs, -glm::dot(normalWs, region.eyeWs));
+  shape.offsets[shape.count++] = offset;
+}
+
 }  // namespace
 
-void makeCullShape(const Region& region, const LightSpace& light, const Footprint& footprint, CullShape& shape) noexcept {
+void makeCaps(const Region& region, const LightSpace& light, CullShape& shape) noexcept {
   shape.count = 0;
-  const auto add = [&](const glm::dvec3& normalWs, double offset) {
-    if (shape.count == kMaxCullPlanes) return;
-    shape.planesWs[shape.count] = glm::dvec4(normalWs, -glm::dot(normalWs, region.eyeWs));
-    shape.offsets[shape.count++] = offset;
-  };
+  addPlane(region, -light.directionWs, 0.0, shape);
+  const double along = light.directionVs.z;
+  shape.hasEnd = along != 0.0;
+  shape.isFar = along > 0.0;
+  if (shape.hasEnd) addPlane(region, shape.isFar ? -region.worldFromView[2] : region.worldFromView[2], 0.0, shape);
+  for (int i = 0; i < region.volume.planeCount; ++i) {
+    const Plane& plane = region.volume.planes[i];
+    const bool isDepth = plane.normal.x == 0.0 && plane.normal.y == 0.0;  // near or far: a slice's own are tighter
+    if (isDepth || !(glm::dot(plane.normal, light.directionVs) < 0.0)) continue;
+    if (shape.count + kMaxSides == kMaxCullPlanes) break;
+    const double scale = 1.0 / std::sqrt(glm::dot(plane.normal, plane.normal));
+    addPlane(region, region.worldFromView * plane.normal * scale, plane.offset * scale, shape);
+  }
+  shape.capCount = shape.count;
+}
+
+void makeSides(const Region& region, const LightSpace& light, const Footprint& footprint, CullShape& shape) noexcept {
+  shape.count = shape.capCount;
   const glm::dmat4& ls = light.lsFromWorld;
   const glm::dvec3 x(ls[0][0], ls[1][0], ls[2][0]), y(ls[0][1], ls[1][1], ls[2][1]);
-
-  // Sides: planes through the light along the silhouette.
   if (footprint.count >= 3 && footprint.count <= kMaxSides) {
     for (int i = 0; i < footprint.count; ++i) {
       const glm::dvec2 p = footprint.hull[i], edge = footprint.hull[i + 1 < footprint.count ? i + 1 : 0] - p;
       const double squared = glm::dot(edge, edge);
       if (!(squared > 0.0)) continue;
       const glm::dvec2 inward = glm::dvec2(-edge.y, edge.x) * (1.0 / std::sqrt(squared));  // the hull runs counter-clockwise
-      add(x * inward.x + y * inward.y, -glm::dot(inward, p));
+      addPlane(region, x * inward.x + y * inward.y, -glm::dot(inward, p), shape);
     }
-  } else {
-    glm::dvec2 least(kInfinity), greatest(-kInfinity);
-    for (int i = 0; i < footprint.count; ++i) {
-      least = glm::min(least, footprint.hull[i]);
-      greatest = glm::max(greatest, footprint.hull[i]);
-    }
-    add(x, -least.x);
-    add(-x, greatest.x);
-    add(y, -least.y);
-    add(-y, greatest.y);
+    return;
   }
-  shape.sideCount = shape.count;
-  // Caps: faces that light leaves the region by stay where they are when it is swept towards the light.
-  add(-light.directionWs, 0.0);
-  const double along = light.directionVs.z;
-  shape.hasEnd = along != 0.0;
-  shape.isFar = along > 0.0;
-  if (shape.hasEnd) add(shape.isFar ? -region.worldFromView[2] : region.worldFromView[2], 0.0);
-  for (int i = 0; i < region.volume.planeCount; ++i) {
-    const Plane& plane = region.volume.planes[i];
-    const bool isDepth = plane.normal.x == 0.0 && plane.normal.y == 0.0;  // near or far: the slice's own are tighter
-    if (isDepth || !(glm::dot(plane.normal, light.directionVs) < 0.0)) continue;
-    const double scale = 1.0 / std::sqrt(glm::dot(plane.normal, plane.normal));
-    add(region.worldFromView * plane.normal * scale, plane.offset * scale);
+  glm::dvec2 least(kInfinity), greatest(-kInfinity);
+  for (int i = 0; i < footprint.count; ++i) {
+    least = glm::min(least, footprint.hull[i]);
+    greatest = glm::max(greatest, footprint.hull[i]);
   }
+  addPlane(region, x, -least.x, shape);
+  addPlane(region, -x, greatest.x, shape);
+  addPlane(region, y, -least.y, shape);
+  addPlane(region, -y, greatest.y, shape);
 }
 
 int makeCullPlanes(const CullShape& shape, const Footprint& footprint, double grow, glm::dvec4* planesWs) noexcept {
@@ -61,10 +64,11 @@ int makeCullPlanes(const CullShape& shape, const Footprint& footprint, double gr
     planesWs[i] = shape.planesWs[i];
     planesWs[i++].w += offset + grow;
   };
-  while (i < shape.sideCount) write(shape.offsets[i] * footprint.scale + footprint.apart);
+  // Caps stay where they are when the region is swept towards the light.
   write(footprint.depthFar);
   if (shape.hasEnd) write(shape.isFar ? footprint.padded.far : -footprint.padded.near);
-  while (i < shape.count) write(shape.offsets[i]);
+  while (i < shape.capCount) write(shape.offsets[i]);
+  while (i < shape.count) write(shape.offsets[i] * footprint.scale + footprint.apart);
   return shape.count;
 }
 

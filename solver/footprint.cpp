@@ -181,8 +181,8 @@ struct Points {
     for (int i = 0; i < count; ++i) {
       const glm::dvec3 gap = glm::abs(ls[i] - others.ls[i] * scale);
       apart = std::max(apart, gap.x + gap.y + gap.z);
+      if (!(apart <= tolerance * scale)) return false;
     }
-    if (!(apart <= tolerance * scale)) return false;
     footprint.like = like;
     footprint.scale = scale;
     footprint.apart = apart;

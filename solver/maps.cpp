@@ -119,6 +119,7 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   const glm::dvec3 eyeMinusOrigin = region.eyeWs - solution.originWs;
   glm::dmat4 clipFromWorld[kMaxPartitions];
   CullShape cullShape;
+  makeCaps(region, light, cullShape);
   Splits made;
   for (int i = 0; i < splits.count; ++i) {
     if (maps.footprints[i].count == 0) continue;
@@ -144,7 +145,7 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
     map.planeCount = splits.isWedged ? writePlanes(region, splits.wedges[i], map.planes) : 0;
     const double texel = std::max(fit.stretch.x * fit.size.x / map.viewport.z, fit.stretch.y * fit.size.y / map.viewport.w);
     const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset) + region.unevenness + frame.margin.motion[m];
-    if (maps.footprints[i].like == i) makeCullShape(region, light, maps.footprints[i], cullShape);
+    if (maps.footprints[i].like == i) makeSides(region, light, maps.footprints[i], cullShape);
     map.cullPlaneCount = makeCullPlanes(cullShape, maps.footprints[i], grow, map.cullPlanes);
     solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
     solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;

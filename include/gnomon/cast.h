@@ -11,16 +11,19 @@
 
 namespace GNOMON_EXPORT gnomon {
 
-// What the swept volumes of slices whose footprints are alike share: the planes' directions.
+// The directions of the planes that bound swept volumes: caps, which all slices share, and sides, which alike footprints share.
 struct CullShape {
-  int sideCount = 0, count = 0;  // sides, then the cap across the light, then the slice's near or far end, then the region's other faces
+  int capCount = 0, count = 0;  // the cap across the light, the slice's near or far end where it has one, the region's faces; then sides
   bool hasEnd = false, isFar = false;
   glm::dvec4 planesWs[kMaxCullPlanes];  // through the eye, unit normals
-  double offsets[kMaxCullPlanes];  // from the eye: of sides, for the footprint that the others are like, and of the region's faces
+  double offsets[kMaxCullPlanes];  // from the eye: of the region's faces and of sides, those for the footprint that the others are like
 };
 
-// The shape of a slice's swept volume: the silhouette of its footprint and the faces that light leaves the region by.
-void makeCullShape(const Region& region, const LightSpace& light, const Footprint& footprint, CullShape& shape) noexcept;
+// Caps: the faces that light leaves the region by.
+void makeCaps(const Region& region, const LightSpace& light, CullShape& shape) noexcept;
+
+// Sides: the silhouette of a footprint, behind the caps.
+void makeSides(const Region& region, const LightSpace& light, const Footprint& footprint, CullShape& shape) noexcept;
 
 // Writes the planes of the slice's region swept towards the light, moved outward by `grow` (world units: the margins and a texel),
 // in world space with unit normals. shape: of the footprint that this one is like. Returns their number, at most kMaxCullPlanes; fewer

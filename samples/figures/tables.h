@@ -52,7 +52,7 @@ void solve(const Frame& frame, LloydScheme scheme, const WarpSettings& warp, Sol
 [[nodiscard]] Table storageAgainstSlices();  // Fig. 10: f/n = 1000
 [[nodiscard]] Table storageAgainstMaps();  // Fig. 12: f/n = 1000
 [[nodiscard]] Table facesAgainstSlices();  // Fig. 13: the f/n below which faces need fewer texels than slices
-[[nodiscard]] Table worstOverLights(double stepDegrees = 2.0);  // sec. 5.3: the worst light over light from behind, f/n = 10, 100, 1000
+[[nodiscard]] Table worstOverLights(double stepDegrees);  // sec. 5.3: the worst of all lights over light from behind
 [[nodiscard]] Table warpsAgainstLight();  // sec. 4.3 and its retraction: f/n = 100, light turned from overhead to behind
 
 }  // namespace gnomon::figures

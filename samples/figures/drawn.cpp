@@ -115,7 +115,7 @@ GridPicture texelGrid(offscreen::Renderer& renderer, const offscreen::Tracer& tr
         sum += colour;
       }
       for (int c = 0; c < 3; ++c) {
-        constexpr double kLevels = 15.0;  // few colours make a small file
+        constexpr double kLevels = 23.0;  // few colours make a small file
         grid.pixels.push_back(static_cast<std::uint8_t>(std::lround(std::round(sum[c] / (kScale * kScale) * kLevels) * 255.0 / kLevels)));
       }
     }

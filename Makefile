@@ -1,5 +1,6 @@
 # make run [SCENE=file.glb]   set up, build, render and judge the scenes: pictures under out/, a table on the terminal
 # make test                   set up, build, run every test
+# make figures                the figures of [Lloyd 2006] from this solver's matrices: tables and drawings under out/figures/
 # make asan                   every test again, under the address and undefined-behaviour sanitizers
 # make docs                   headers and shaders as HTML: build/docs/html/index.html
 # make setup | build | bench | cost | lint | clean
@@ -8,7 +9,7 @@ SCENE ?=
 JOBS ?= $(shell nproc)
 GNOMON_EXTRA_DATA ?=
 
-.PHONY: run setup configure build test setup-docs asan bench cost docs lint clean
+.PHONY: run setup configure build test figures setup-docs asan bench cost docs lint clean
 
 run: build
 	build/gnomon run $(if $(SCENE),"$(SCENE)") --out out
@@ -25,6 +26,11 @@ build: configure
 
 test: build
 	ctest --test-dir build --output-on-failure -j $(JOBS)
+
+SPONZA = $(GNOMON_EXTRA_DATA)/scenes/sponza/sponza.glb
+figures: build
+	build/gnomon_figures out/figures $(wildcard $(SPONZA))
+	gnuplot -e "folder='out/figures'" samples/figures/plot.gp
 
 asan: setup
 	cmake --preset asan -DGNOMON_EXTRA_DATA="$(GNOMON_EXTRA_DATA)"

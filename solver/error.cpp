@@ -1,9 +1,106 @@
 #include "gnomon/error.h"
 
-#include "gnomon/camera.h"
 #include "numeric.h"
 
 namespace gnomon {
+namespace {
+
+// A width and its logarithm.
+struct Width {
+  double value, log;
+};
+
+// The mean of 1/x between two widths: their logarithms' divided difference.
+double meanInverse(const Width& a, const Width& b) noexcept {
+  const double sum = a.value + b.value, x = (b.value - a.value) / sum, xx = x * x;
+  constexpr double kSeries = 1e-3;  // of x^2: below it the logarithms cancel, and the series of 2 artanh x is exact to 1e-16
+  if (xx > kSeries) return (b.log - a.log) / (b.value - a.value);
+  return 2.0 / sum * (1.0 + xx * (1.0 / 3.0 + xx * (1.0 / 5.0 + xx * (1.0 / 7.0 + xx / 9.0))));
+}
+
+// The integral of 1/w^2 over a triangle on which w is linear, over twice its area: the second divided difference of -ln w at the
+// corners (Hermite and Genocchi).
+double meanInverseSquare(Width a, Width b, Width c) noexcept {
+  if (b.value < a.value) std::swap(a, b);
+  if (c.value < b.value) std::swap(b, c);
+  if (b.value < a.value) std::swap(a, b);
+  constexpr double kSeries = 1e-2;  // relative: above it the differences lose 1e-13, below it the series below is exact to 1e-14
+  if (c.value - a.value > kSeries * a.value) return (meanInverse(a, b) - meanInverse(b, c)) / (c.value - a.value);
+  // In deviations from the mean, whose sum is zero: -ln(1 + x) = sum of (-x)^j / j, each power giving the complete symmetric polynomial.
+  const double mean = (a.value + b.value + c.value) / 3.0, perMean = 1.0 / mean;
+  const double x = (a.value - mean) * perMean, y = (b.value - mean) * perMean, z = (c.value - mean) * perMean;
+  const double square = (x * x + y * y + z * z) / 2.0, cube = x * y * z;
+  return perMean * perMean * (0.5 + square / 4.0 - cube / 5.0 + square * square / 6.0 - square * cube * 2.0 / 7.0);
+}
+
+// What one convex cell needs, and the rectangle its shadow fills on the light plane.
+struct CellLimit {
+  glm::dvec2 least, most;
+  double texels;
+};
+
+bool meet(const CellLimit& a, const CellLimit& b) noexcept {
+  return a.least.x < b.most.x && b.least.x < a.most.x && a.least.y < b.most.y && b.least.y < a.most.y;
+}
+
+// View depth is linear along a light ray, so it is least on the faces that the ray enters by where it grows, else on those it leaves
+// by; over each of them, in triangles, the integral of 1/w_i^2 is closed.
+CellLimit limitOfCell(const Region& region, const LightSpace& light, const Cell& cell) noexcept {
+  const auto widthAt = [&](int v) { return region.pixelBase + region.pixelSlope * cell.vertices[v].z; };
+  double narrowest = kInfinity;
+  for (int v = 0; v < cell.vertexCount; ++v) narrowest = std::min(narrowest, widthAt(v));
+  const double scale = 1.0 / narrowest;  // all in units of the narrowest pixel: no square overflows
+  glm::dvec2 at[kMaxCellVertices];
+  Width widths[kMaxCellVertices];
+  CellLimit limit{glm::dvec2(kInfinity), glm::dvec2(-kInfinity), 0.0};
+  const glm::dvec2 x(light.lsFromView[0]), y(light.lsFromView[1]), z(light.lsFromView[2]);  // a directional light has no perspective
+  for (int v = 0; v < cell.vertexCount; ++v) {
+    const glm::dvec3& vs = cell.vertices[v];
+    const glm::dvec2 ls = vs.x * x + vs.y * y + vs.z * z;
+    limit.least = glm::min(limit.least, ls);
+    limit.most = glm::max(limit.most, ls);
+    at[v] = ls * scale;
+    const double width = widthAt(v) * scale;
+    widths[v] = {width, std::log(width)};
+  }
+  if (!cell.isExact) return limit;  // it holds more than it should: nothing is known of what must be shadowed
+  const double sign = light.directionVs.z >= 0.0 ? 1.0 : -1.0;
+  int corner[kMaxCellPlanes];  // of each face that counts, once one is known; kUnknown before
+  constexpr int kUnknown = -1, kBehind = -2;
+  for (int face = 0; face < cell.planeCount; ++face)
+    corner[face] = glm::dot(cell.planes[face].normal, light.directionVs) * sign > 0.0 ? kUnknown : kBehind;
+  for (int i = 0; i < cell.edgeCount; ++i) {
+    const int from = cell.edges[i].from, to = cell.edges[i].to;
+    for (const int face : {cell.edges[i].left, cell.edges[i].right}) {
+      const int tip = corner[face];
+      if (tip == kUnknown) corner[face] = from;
+      if (tip < 0 || tip == from || tip == to) continue;
+      const double twiceArea = std::abs(cross2(at[from] - at[tip], at[to] - at[tip]));
+      limit.texels += twiceArea * meanInverseSquare(widths[tip], widths[from], widths[to]);
+    }
+  }
+  return limit;
+}
+
+// The volume of a camera, that nothing cut.
+bool isWhole(const Region& region) noexcept { return region.volume.isExact && region.volume.planeCount == 6 && region.reach == kInfinity; }
+
+// The same for a whole view, closed: the image's cap, and the sides that count, on each of which the integral over depth is ln(f/n) in
+// perspective.
+double limitOfView(const Region& region, const LightSpace& light) noexcept {
+  const Camera& camera = region.camera;
+  const bool isPerspective = camera.projection == Projection::perspective;
+  const double slope = isPerspective ? 1.0 : 0.0, perPixel = 1.0 / (region.pixelBase + region.pixelSlope);  // at depth 1
+  const double width = (camera.left + camera.right) * perPixel, height = (camera.down + camera.up) * perPixel;
+  const double length = (isPerspective ? std::log(region.far / region.near) : region.far - region.near) * perPixel;
+  const glm::dvec3 l = light.directionVs.z >= 0.0 ? light.directionVs : -light.directionVs;
+  const auto facing = [&](double across, double side) { return std::max(across + side * slope * l.z, 0.0); };
+  const double sides =
+      height * (facing(l.x, camera.left) + facing(-l.x, camera.right)) + width * (facing(l.y, camera.down) + facing(-l.y, camera.up));
+  return width * height * l.z + length * sides;
+}
+
+}  // namespace
 
 TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const glm::dvec3& directionWs) noexcept {
   // Rows of the Jacobian: texels per world unit along s and t. Clip x and y run over 2 in width and height texels.
@@ -68,25 +165,34 @@ TexelError certify(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, c
   return {std::sqrt(squared.s) * scale, std::sqrt(squared.t) * scale, std::sqrt(squared.extent) * scale};
 }
 
-double limitTexels(const Frame& frame) noexcept {
-  const Camera& camera = frame.camera;
-  if (camera.projection != Projection::perspective || camera.left != camera.right || camera.down != camera.up) return 0.0;
-  if (!frame.scene.receivers.empty() || !frame.scene.planes.empty() || !frame.cornersWs.empty()) return 0.0;
-  const double far = shadowFar(camera);
-  if (!(far > camera.near)) return 0.0;
-  const glm::dvec3 forward = unit(camera.forwardWs), right = unit(glm::cross(forward, unit(camera.upWs))), up = glm::cross(right, forward);
-  const glm::dvec3 light = unit(frame.light.directionWs);
-  const glm::dvec3 l(glm::dot(light, right), glm::dot(light, up), glm::dot(light, forward));
-  const double t = camera.up, a = camera.right / camera.up, length = std::log(far / camera.near);
-  // a |l_z| for the cap, and ln R / 2t for each side plane that light rays enter first.
-  double sum = a * std::abs(l.z);
-  const double sign = l.z >= 0.0 ? 1.0 : -1.0;
-  const glm::dvec4 sides[4] = {{1.0, 0.0, -a * t, 1.0}, {-1.0, 0.0, -a * t, 1.0}, {0.0, 1.0, -t, a}, {0.0, -1.0, -t, a}};
-  for (const glm::dvec4& side : sides) {
-    const double facing = glm::dot(glm::dvec3(side), l);
-    if (facing * sign < 0.0) sum += std::abs(facing) * side.w * length / (2.0 * t);
+double limitTexels(const Region& region, const LightSpace& light) noexcept {
+  if (region.volume.vertexCount == 0) return 0.0;
+  if (region.receivers.empty()) return isWhole(region) ? limitOfView(region, light) : limitOfCell(region, light, region.volume).texels;
+  // Of several cells: a set whose shadows do not meet, so that what each needs adds up. A cell that meets some of the set takes their
+  // place where it needs more than all of them: the sum never falls, and no cell needs more than it.
+  constexpr int kMost = 64;
+  CellLimit apart[kMost];
+  int count = 0;
+  Cell storage;
+  for (int i = 0; i < cellCount(region); ++i) {
+    const Cell* cell = getCell(region, i, storage);
+    if (!cell) continue;
+    const CellLimit added = limitOfCell(region, light, *cell);
+    double met = 0.0;
+    for (int k = 0; k < count; ++k) met += meet(apart[k], added) ? apart[k].texels : 0.0;
+    if (!(added.texels > met)) continue;
+    CellLimit* const end = std::remove_if(apart, apart + count, [&](const CellLimit& each) { return meet(each, added); });
+    count = static_cast<int>(end - apart);
+    if (count < kMost) {
+      apart[count++] = added;
+      continue;
+    }
+    CellLimit* const least = std::min_element(apart, end, [](const CellLimit& a, const CellLimit& b) { return a.texels < b.texels; });
+    if (added.texels > least->texels) *least = added;
   }
-  return sum * frame.image.height * frame.image.height;
+  double sum = 0.0;
+  for (int k = 0; k < count; ++k) sum += apart[k].texels;
+  return sum;
 }
 
 }  // namespace gnomon

@@ -2,8 +2,7 @@
 //
 // Two measures exist and are never mixed: these are the edges of a texel's parallelogram on the plane perpendicular to the light.
 // [Lloyd 2006]'s second width is the spacing of constant-t lines, smaller by the cosine of the shear (none where maps are
-// not warped). Based on: [Lloyd 2006, eq. 1 and 12 generalised]; the limit is the integral over the light plane of
-// 1 / w_i(z_min)^2, closed for a whole perspective frustum.
+// not warped). Based on: [Lloyd 2006, eq. 1 and 12 generalised; appendix C generalised for the limit].
 // Shader part: glsl/gnomon_lookup.glsl evaluates the same Jacobian at a point.
 // Test: tests/error_test.cpp
 #pragma once
@@ -26,8 +25,11 @@ namespace GNOMON_EXPORT gnomon {
 [[nodiscard]] TexelError certify(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const LightSpace& light,
                                  const glm::dvec3& eyeMinusOriginWs, const Served& served) noexcept;
 
-// The least texels that error <= 1 everywhere in a whole, symmetric perspective frustum needs on one light plane,
-// whatever the parameterization; 0 where no closed form is known (orthographic, asymmetric, corners, cut by receivers or planes).
-[[nodiscard]] double limitTexels(const Frame& frame) noexcept;
+// The least texels that error <= 1 everywhere in the region needs on one light plane, whatever the parameterization: the integral over
+// the light plane of 1 / w_i^2 at the least view depth on each light ray. Exact for a camera's volume and for one cut by half-spaces and
+// one receiver box, corners included as far as their faces are flat. Of several boxes a lower bound: the sum over boxes whose shadows'
+// rectangles on the light plane do not meet, never less than any box by itself. 0 where nothing is to be shadowed, or where a cut was
+// left out (Warning::regionSimplified).
+[[nodiscard]] double limitTexels(const Region& region, const LightSpace& light) noexcept;
 
 }  // namespace gnomon

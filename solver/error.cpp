@@ -5,6 +5,21 @@
 namespace gnomon {
 namespace {
 
+glm::dvec3 rowOf(const glm::mat4& m, int row) noexcept { return {m[0][row], m[1][row], m[2][row]}; }
+
+// s and t: rows of the Jacobian, texels per world unit. Clip x and y run over 2 in width and height texels.
+TexelError texelOf(const glm::dvec3& s, const glm::dvec3& t, const glm::dvec3& directionWs) noexcept {
+  const glm::dvec3 sFlat = glm::cross(s, directionWs), tFlat = glm::cross(t, directionWs);  // lengths on the light plane
+  const double determinant = std::abs(glm::dot(glm::cross(s, t), directionWs));
+  if (!(determinant > 0.0)) return {kInfinity, kInfinity, kInfinity};
+  // Edges of the parallelogram that the inverse Jacobian maps a texel to, and its largest singular value:
+  // sigma_max of the Jacobian over the determinant. sigma_max^2 = (S + T + sqrt((S - T)^2 + 4 (s.t)^2)) / 2, S and T the squared lengths.
+  const double ss = glm::dot(sFlat, sFlat), tt = glm::dot(tFlat, tFlat);
+  const double st = glm::dot(sFlat, tFlat), root = std::sqrt((ss - tt) * (ss - tt) + 4.0 * st * st);
+  const double perDeterminant = 1.0 / determinant;
+  return {std::sqrt(tt) * perDeterminant, std::sqrt(ss) * perDeterminant, std::sqrt((ss + tt + root) / 2.0) * perDeterminant};
+}
+
 // A width and its logarithm.
 struct Width {
   double value, log;
@@ -103,18 +118,18 @@ double limitOfView(const Region& region, const LightSpace& light) noexcept {
 }  // namespace
 
 TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const glm::dvec3& directionWs) noexcept {
-  // Rows of the Jacobian: texels per world unit along s and t. Clip x and y run over 2 in width and height texels.
-  const glm::dvec3 s = glm::dvec3(clipFromWorld[0][0], clipFromWorld[1][0], clipFromWorld[2][0]) * (viewport.z / 2.0);
-  const glm::dvec3 t = glm::dvec3(clipFromWorld[0][1], clipFromWorld[1][1], clipFromWorld[2][1]) * (viewport.w / 2.0);
-  const glm::dvec3 sFlat = glm::cross(s, directionWs), tFlat = glm::cross(t, directionWs);  // lengths on the light plane
-  const double determinant = std::abs(glm::dot(glm::cross(s, t), directionWs));
-  if (!(determinant > 0.0)) return {kInfinity, kInfinity, kInfinity};
-  // Edges of the parallelogram that the inverse Jacobian maps a texel to, and its largest singular value:
-  // sigma_max of the Jacobian over the determinant. sigma_max^2 = (S + T + sqrt((S - T)^2 + 4 (s.t)^2)) / 2, S and T the squared lengths.
-  const double ss = glm::dot(sFlat, sFlat), tt = glm::dot(tFlat, tFlat);
-  const double st = glm::dot(sFlat, tFlat), root = std::sqrt((ss - tt) * (ss - tt) + 4.0 * st * st);
-  const double perDeterminant = 1.0 / determinant;
-  return {std::sqrt(tt) * perDeterminant, std::sqrt(ss) * perDeterminant, std::sqrt((ss + tt + root) / 2.0) * perDeterminant};
+  return texelOf(rowOf(clipFromWorld, 0) * (viewport.z / 2.0), rowOf(clipFromWorld, 1) * (viewport.w / 2.0), directionWs);
+}
+
+TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const glm::dvec3& directionWs,
+                     const glm::dvec3& point) noexcept {
+  const glm::dvec4 clip = glm::dmat4(clipFromWorld) * glm::dvec4(point, 1.0);
+  const glm::dvec3 wRow = rowOf(clipFromWorld, 3);
+  const auto gradient = [&](int row, int texels) {
+    return (rowOf(clipFromWorld, row) - wRow * (clip[row] / clip.w)) * (texels / (2.0 * clip.w));
+  };
+  return clip.w > 0.0 ? texelOf(gradient(0, viewport.z), gradient(1, viewport.w), directionWs)
+                      : TexelError{kInfinity, kInfinity, kInfinity};
 }
 
 TexelError certify(const TexelError& size, double pixelWidthAtNear) noexcept {

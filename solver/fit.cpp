@@ -132,7 +132,8 @@ void fitSlices(const Region& region, const Footprint* footprints, int count, Fit
            .isWarped = false,
            .aspect = 1.0,
            .depthNear = footprint.depthNear,
-           .depthFar = footprint.depthFar};
+           .depthFar = footprint.depthFar,
+           .depthCentre = footprint.depthNear};
     if (footprint.count == 0) continue;
     if (mode == FitMode::stable) {
       fitAlong(footprint, {1.0, 0.0}, pixels[i], fit);
@@ -215,8 +216,9 @@ glm::dmat4 cropMatrix(const Frame& frame, const LightSpace& light, const glm::dv
   const glm::dvec4 w = across(fit.w);
   const glm::dvec4 x = across(fit.s) * scale.x - w * (fit.least.x * scale.x + 1.0);
   const glm::dvec4 y = across(fit.t) * scale.y - w * (fit.least.y * scale.y + 1.0);
-  // Depth over w: w is constant along a light ray, so depth stays linear there; w >= 1 keeps it in range.
-  glm::dvec4 z = (rows[2] - rows[3] * fit.depthNear) / (fit.depthFar - fit.depthNear);
+  // Depth over w: w is constant along a light ray, so depth stays linear there; w >= 1 keeps it in range, about any centre inside.
+  const double centre = fit.isWarped ? fit.depthCentre : fit.depthNear;
+  glm::dvec4 z = (rows[2] - rows[3] * centre + w * (centre - fit.depthNear)) / (fit.depthFar - fit.depthNear);
   if (frame.shadowMap.depth == DepthConvention::negativeOneToOne) z = 2.0 * z - w;
   if (frame.shadowMap.depth == DepthConvention::reversedZeroToOne) z = w - z;
   glm::dmat4 crop = glm::transpose(glm::dmat4(x, flip * y, z, w));

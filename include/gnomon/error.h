@@ -16,6 +16,10 @@ namespace GNOMON_EXPORT gnomon {
 // directionWs: unit, from the light to the scene. Infinite where the matrix has no inverse on the light plane.
 [[nodiscard]] TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const glm::dvec3& directionWs) noexcept;
 
+// The same of any projective map, at a point relative to Solution::originWs. Infinite behind the map's centre.
+[[nodiscard]] TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const glm::dvec3& directionWs,
+                                   const glm::dvec3& point) noexcept;
+
 // Certified maxima of texelSize over w_i for an affine map that serves view depths from `near` on: w_i is least there.
 // Inflated by 1e-6 for rounding.
 [[nodiscard]] TexelError certify(const TexelError& size, double pixelWidthAtNear) noexcept;

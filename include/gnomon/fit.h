@@ -35,6 +35,7 @@ struct MapFit {
   bool isWarped;
   double aspect;  // of the viewport: texels along s over texels along t
   double depthNear, depthFar;  // depthFar > depthNear
+  double depthCentre;  // of a warp: the depth that is stored alike whatever w is
 };
 
 // The rectangle for each slice. pixels: w_i at the slices' near ends, the least side a map needs. Slices of one shape share the search:

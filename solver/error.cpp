@@ -115,6 +115,34 @@ double limitOfView(const Region& region, const LightSpace& light) noexcept {
   return width * height * l.z + length * sides;
 }
 
+// Cuts a cell to what a map serves, closed. False where nothing is left.
+bool cutToMap(const Region& region, const Partition& map, Cell& cell) noexcept {
+  if (cutCell(cell, {{0.0, 0.0, 1.0}, -map.near}, std::abs(map.near)) == Cut::outside) return false;
+  if (cutCell(cell, {{0.0, 0.0, -1.0}, map.far}, std::abs(map.far)) == Cut::outside) return false;
+  for (int i = 0; i < map.planeCount; ++i) {
+    const glm::dvec3 normal(map.planes[i]);
+    const double atEye = glm::dot(normal, region.eyeWs), size = std::abs(atEye) + std::abs(map.planes[i].w) + std::abs(region.far);
+    constexpr double kRounding = 1e-12;  // two maps' planes are the same but for this
+    if (cutCell(cell, {normal * region.worldFromView, atEye + map.planes[i].w + kRounding * size}, size) == Cut::outside) return false;
+  }
+  return true;
+}
+
+// True where points span no more than a line.
+bool isLine(const glm::dvec3* points, int count) noexcept {
+  constexpr double kThin = 1e-9;  // relative
+  glm::dvec3 along(0.0);
+  for (int i = 1; i < count; ++i)
+    if (const glm::dvec3 d = points[i] - points[0]; glm::dot(d, d) > glm::dot(along, along)) along = d;
+  double across = 0.0;
+  for (int i = 1; i < count; ++i) {
+    const glm::dvec3 area = glm::cross(along, points[i] - points[0]);
+    across = std::max(across, glm::dot(area, area));
+  }
+  const double squared = glm::dot(along, along) * kThin;
+  return !(across > squared * squared);
+}
+
 }  // namespace
 
 TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const glm::dvec3& directionWs) noexcept {
@@ -208,6 +236,60 @@ double limitTexels(const Region& region, const LightSpace& light) noexcept {
   double sum = 0.0;
   for (int k = 0; k < count; ++k) sum += apart[k].texels;
   return sum;
+}
+
+TexelCost texelCost(const Partition& map, const ImageSize& image) noexcept {
+  const double texels = static_cast<double>(map.viewport.z) * map.viewport.w, widest = std::max(map.error.s, map.error.t);
+  const double needed = map.error.s * map.error.t * texels;
+  return {map.error.extent, needed, widest * widest * texels, needed / (image.width * image.height)};
+}
+
+TexelCost texelCost(const Solution& solution, const ImageSize& image) noexcept {
+  TexelCost cost;
+  double texels = 0.0;
+  for (int i = 0; i < solution.partitionCount; ++i) {
+    const Partition& map = solution.partitions[i];
+    cost.extent = std::max(cost.extent, map.error.extent);
+    texels += static_cast<double>(map.viewport.z) * map.viewport.w;
+  }
+  cost.needed = solution.neededTexels;
+  cost.spent = texels * solution.maxError * solution.maxError;
+  cost.storageFactor = cost.needed / (image.width * image.height);
+  return cost;
+}
+
+double seamJump(const Frame& frame, const Solution& solution, int first, int second) noexcept {
+  const int last = std::max(first, second);
+  if (!(std::min(first, second) >= 0 && last < solution.partitionCount) || first == second) return 0.0;
+  Region region;
+  int index = 0;
+  double value = 0.0, most = 0.0;
+  if (makeRegion(frame, region, index, value) != Status::ok) return 0.0;
+  const glm::dvec3 directionWs = unit(frame.light.directionWs), eyeMinusOrigin = region.eyeWs - solution.originWs;
+  const Partition *a = &solution.partitions[first], *b = &solution.partitions[second];
+  const auto consider = [&](const glm::dvec3& vs) {
+    const glm::dvec3 point = region.worldFromView * vs + eyeMinusOrigin;
+    const auto widest = [&](const Partition& map) {
+      const TexelError texel = texelSize(map.clipFromWorld, map.viewport, directionWs, point);
+      return std::max(texel.s, texel.t);
+    };
+    const double ratio = widest(*a) / widest(*b);  // a pixel's width is the same on both sides
+    if (std::isfinite(ratio) && ratio > 0.0) most = std::max({most, ratio, 1.0 / ratio});
+  };
+  Cell storage, seam;
+  for (int i = 0; i < cellCount(region); ++i) {
+    const Cell* cell = getCell(region, i, storage);
+    if (!cell) continue;
+    copyCell(*cell, seam);
+    if (!cutToMap(region, *a, seam) || !cutToMap(region, *b, seam) || isLine(seam.vertices, seam.vertexCount)) continue;
+    for (int v = 0; v < seam.vertexCount; ++v) {
+      consider(seam.vertices[v]);
+      for (int u = 0; u < v; ++u)
+        for (const double share : {0.0625, 0.125, 0.25, 0.5, 0.75, 0.875, 0.9375})
+          consider(seam.vertices[u] + (seam.vertices[v] - seam.vertices[u]) * share);
+    }
+  }
+  return most;
 }
 
 }  // namespace gnomon

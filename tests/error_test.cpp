@@ -307,5 +307,96 @@ TEST(Error, NothingBeatsTheLimit) {
   }
 }
 
+TEST(Error, CostOfAMapAndOfAllOfThem) {
+  Solution solution;
+  solution.partitionCount = 2;
+  solution.partitions[0].viewport = {0, 0, 10, 20};
+  solution.partitions[0].error = {2.0, 3.0, 4.0};
+  solution.partitions[1].viewport = {10, 0, 5, 2};
+  solution.partitions[1].error = {1.0, 0.5, 1.5};
+  solution.maxError = 3.0;
+  solution.neededTexels = 2.0 * 3.0 * 200.0 + 0.5 * 10.0;
+  const TexelCost first = texelCost(solution.partitions[0], {30.0, 20.0}), whole = texelCost(solution, {30.0, 20.0});
+  EXPECT_EQ(first.extent, 4.0);
+  EXPECT_EQ(first.needed, 1200.0);
+  EXPECT_EQ(first.spent, 1800.0);
+  EXPECT_EQ(first.storageFactor, 2.0);
+  EXPECT_EQ(whole.extent, 4.0);
+  EXPECT_EQ(whole.needed, 1205.0);
+  EXPECT_EQ(whole.spent, 210.0 * 9.0);
+  EXPECT_NEAR(whole.storageFactor, 1205.0 / 600.0, 1e-12);
+}
+
+// The greatest ratio of two maps' texels over points that both serve, by differences of their matrices.
+double measuredRatio(const Frame& frame, const Solution& solution, int a, int b, const glm::dvec3& point, double z) {
+  const auto widest = [&](int map) {
+    const glm::dvec2 texel = measuredTexel(solution.partitions[map], point, frame.light.directionWs, 1e-3 * z);
+    return std::max(texel.x, texel.y);
+  };
+  const double ratio = widest(a) / widest(b);
+  return std::max(ratio, 1.0 / ratio);
+}
+
+// Between slices: a grid over the seam, its corners included, finds the same.
+TEST(Error, SeamsBetweenSlices) {
+  Random random(57);
+  for (int k = 0; k < 40; ++k) {
+    Frame frame = usualFrame();
+    frame.light.directionWs = random.direction();
+    Solution solution;
+    ASSERT_EQ(
+        solveLloyd(frame, {.scheme = k % 2 ? LloydScheme::zpw : LloydScheme::zp, .split = {}, .warp = {.warp = Warp::least}}, solution),
+        Status::ok);
+    for (int i = 0; i + 1 < solution.partitionCount; ++i) {
+      const double z = solution.partitions[i].far;
+      double most = 0.0;
+      for (int p = 0; p < 21 * 21; ++p)
+        most = std::max(most, measuredRatio(frame, solution, i, i + 1, viewPoint(frame.camera, p % 21 / 20.0, p / 21 / 20.0, z), z));
+      EXPECT_NEAR(seamJump(frame, solution, i, i + 1) / most, 1.0, 0.02) << k << " " << i;
+      EXPECT_NEAR(seamJump(frame, solution, i + 1, i) / seamJump(frame, solution, i, i + 1), 1.0, 1e-12);
+      if (i + 2 < solution.partitionCount) {
+        EXPECT_EQ(seamJump(frame, solution, i, i + 2), 0.0);
+      }
+    }
+    EXPECT_EQ(seamJump(frame, solution, 0, solution.partitionCount), 0.0);
+  }
+}
+
+// Between faces and their rows: no point on a map's plane that another map serves too sees a greater jump.
+TEST(Error, SeamsBetweenFaces) {
+  Random random(58);
+  int found = 0;
+  for (int k = 0; k < 20; ++k) {
+    Frame frame = usualFrame();
+    frame.light.directionWs = random.direction();
+    frame.budget.partitions = 10;
+    Solution solution;
+    ASSERT_EQ(solveLloyd(frame, {.scheme = LloydScheme::fpzpw, .split = {}}, solution), Status::ok);
+    for (int n = 0; n < 2000; ++n) {
+      const int a = random.index(solution.partitionCount);
+      if (solution.partitions[a].planeCount == 0) continue;
+      const glm::dvec4 plane = solution.partitions[a].planes[random.index(solution.partitions[a].planeCount)];
+      // Along a ray of the view to the plane.
+      const glm::dvec3 way = viewPoint(frame.camera, random.uniform(), random.uniform(), 1.0);
+      const double z = -(glm::dot(glm::dvec3(plane), frame.camera.positionWs) + plane.w) / glm::dot(glm::dvec3(plane), way);
+      if (!(z >= frame.camera.near && z <= frame.camera.far)) continue;
+      const glm::dvec3 ws = frame.camera.positionWs + way * z;
+      const auto serves = [&](const Partition& map) {
+        bool isServed = true;
+        for (int p = 0; p < map.planeCount; ++p)
+          isServed = isServed && glm::dot(glm::dvec3(map.planes[p]), ws) + map.planes[p].w >= -1e-9 * z;
+        return isServed;
+      };
+      if (!serves(solution.partitions[a])) continue;
+      for (int b = 0; b < solution.partitionCount; ++b) {
+        if (b == a || !serves(solution.partitions[b])) continue;
+        ++found;
+        EXPECT_LE(measuredRatio(frame, solution, a, b, way * z, z), seamJump(frame, solution, a, b) * 1.05) << k << " " << a << " " << b;
+      }
+    }
+  }
+  EXPECT_GT(found, 1000);
+}
+
 }  // namespace
 }  // namespace gnomon::test

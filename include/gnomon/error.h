@@ -36,4 +36,20 @@ namespace GNOMON_EXPORT gnomon {
 // left out (Warning::regionSimplified).
 [[nodiscard]] double limitTexels(const Region& region, const LightSpace& light) noexcept;
 
+// What one map comes to, or all of a solution's.
+struct TexelCost {
+  double extent = 0.0;  // the longest stretch of a texel over w_i
+  double needed = 0.0;  // texels for error 1 everywhere, each side of each map scaled by itself  [Lloyd 2006, eq. 12 generalised]
+  double spent = 0.0;  // the same with all of them scaled alike: sees how the texels were shared
+  double storageFactor = 0.0;  // needed over the image's pixels
+};
+[[nodiscard]] TexelCost texelCost(const Partition& map, const ImageSize& image) noexcept;
+[[nodiscard]] TexelCost texelCost(const Solution& solution, const ImageSize& image) noexcept;
+
+// How much sharper shadows are on one side of the seam between two maps than on the other: the greatest ratio, >= 1, of the two maps' error
+// max(m_s, m_t) at a point that both serve, their ends closed. Taken at the seam's corners and at seven points between any two of
+// them, so within some per cent. 0 where the maps have no seam. Not part of a solve; tens of microseconds. first, second: partitions of
+// this frame's solution.
+[[nodiscard]] double seamJump(const Frame& frame, const Solution& solution, int first, int second) noexcept;
+
 }  // namespace gnomon

@@ -19,6 +19,8 @@ Picture makePicture(Renderer& renderer, const Tracer& tracer, const Frame& frame
   picture.counted = countedPixels(picture.truth, image.normal, frame.light.directionWs);
   picture.wrong = countWrong(image.width, image.height, image.lit, picture.truth, picture.counted);
   picture.predicted = predictedError(frame, solution, image.position, image.index, picture.counted);
+  picture.predictedAtEdges =
+      predictedError(frame, solution, image.position, image.index, edgePixels(image.width, image.height, picture.truth, picture.counted));
   return picture;
 }
 

@@ -19,6 +19,7 @@ struct Picture {
   std::vector<std::uint8_t> truth, counted;
   WrongPixels wrong;
   PredictedError predicted;  // over the counted pixels
+  PredictedError predictedAtEdges;  // over those that touch a true shadow edge: the only ones where a texel's width shows
 };
 
 // Draws and judges one view of the mesh that renderer and tracer hold. Throws std::runtime_error.

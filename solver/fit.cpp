@@ -119,7 +119,8 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
              .needed = 0.0,
              .aspect = 1.0,
              .depthNear = footprint.depthNear,
-             .depthFar = footprint.depthFar};
+             .depthFar = footprint.depthFar,
+             .depthCentre = footprint.depthNear};
   if (footprint.count == 0) return fit;
   if (mode != FitMode::tight || footprint.count < 2) {  // a point has no edge
     fitAlong(footprint, {1.0, 0.0}, pixel, fit);
@@ -147,6 +148,7 @@ MapFit copyFit(const MapFit& fit, const Footprint& footprint) noexcept {
   copy.size = fit.size * footprint.scale + 2.0 * room;
   copy.depthNear = footprint.depthNear;
   copy.depthFar = footprint.depthFar;
+  copy.depthCentre = std::clamp(fit.depthCentre * footprint.scale, copy.depthNear, copy.depthFar);
   return copy;
 }
 
@@ -215,16 +217,18 @@ glm::dmat4 cropMatrix(const Frame& frame, const LightSpace& light, const glm::dv
   const glm::dvec3 w = fit.w;
   const glm::dvec3 x = fit.s * scale.x - w * (fit.least.x * scale.x + 1.0);
   const glm::dvec3 y = (fit.t * scale.y - w * (fit.least.y * scale.y + 1.0)) * flip;
-  // Depth over w: w is constant along a light ray, so depth stays linear there; w >= 1 keeps it in range.
+  // Depth over w: w is constant along a light ray, so depth stays linear there; w >= 1 keeps it in range, about any centre inside.
+  const double centre = fit.isWarped ? fit.depthCentre : fit.depthNear;
   double perDepth = 1.0 / (fit.depthFar - fit.depthNear), byW = 0.0;
   if (frame.shadowMap.depth == DepthConvention::negativeOneToOne) perDepth *= 2.0, byW = -1.0;
   if (frame.shadowMap.depth == DepthConvention::reversedZeroToOne) perDepth *= -1.0, byW = 1.0;
+  byW += (centre - fit.depthNear) * perDepth;
   glm::dmat4 crop;  // from world - eye
   for (int c = 0; c < 4; ++c) {
     const glm::dvec4& ls = light.lsFromWorld[c];
     const auto over = [&](const glm::dvec3& row) { return row.x * ls.x + row.y * ls.y + row.z * ls.w; };
     const double clipW = over(w);
-    crop[c] = {over(x), over(y), (ls.z - ls.w * fit.depthNear) * perDepth + clipW * byW, clipW};
+    crop[c] = {over(x), over(y), (ls.z - ls.w * centre) * perDepth + clipW * byW, clipW};
   }
   if (eyeMinusOriginWs != glm::dvec3(0.0)) crop[3] -= glm::dmat4(glm::dmat3(crop)) * glm::dvec4(eyeMinusOriginWs, 0.0);
   return crop;

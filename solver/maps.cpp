@@ -96,7 +96,7 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
 
 Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
                 Solution& solution) noexcept {
-  solution.limitTexels = limitTexels(frame);
+  solution.limitTexels = limitTexels(region, light);
   if (splits.count == 0) {
     clearBlock(solution.block);
     return Status::ok;

@@ -15,6 +15,7 @@ void hexahedron(Cell& cell) noexcept {
   cell.vertexCount = 8;
   cell.edgeCount = 12;
   cell.planeCount = 6;
+  cell.isExact = true;
   std::copy(std::begin(kEdges), std::end(kEdges), cell.edges);
 }
 
@@ -147,6 +148,7 @@ void copyCell(const Cell& from, Cell& to) noexcept {
   to.vertexCount = from.vertexCount;
   to.edgeCount = from.edgeCount;
   to.planeCount = from.planeCount;
+  to.isExact = from.isExact;
   std::copy_n(from.vertices, from.vertexCount, to.vertices);
   std::copy_n(from.edges, from.edgeCount, to.edges);
   std::copy_n(from.planes, from.planeCount, to.planes);

@@ -256,6 +256,25 @@ void considerAll(Search& search, const WarpShape& rectangle, const LightSpace& l
 
 bool isWarp(const WarpShape& shape) noexcept { return shape.kappa > 0.0 || shape.sigma != 0.0 || shape.tau != 0.0; }
 
+// Stored depth is (d - c) / w but for a constant: where d is not c it changes with w across a texel, which holds one depth for all of
+// its area, and the bias pays for it. The centre c that makes the greatest |d - c| / w least, by exchange: the two worst vertices
+// of each sign are made equal until no other is worse.
+double depthCentre(const Served& served, const glm::dvec3& wRow) noexcept {
+  constexpr int kExchanges = 4;  // what is left after them is small, and any centre will do
+  double centre = served.points[0].z;
+  for (int k = 0; k < kExchanges; ++k) {
+    double above = 0.0, below = 0.0, aboveW = 1.0, belowW = 1.0, aboveD = centre, belowD = centre;
+    for (int i = 0; i < served.count; ++i) {
+      const double w = glm::dot(wRow, glm::dvec3(served.points[i].x, served.points[i].y, 1.0)), d = served.points[i].z;
+      const double reach = (d - centre) / w;
+      if (reach > above) above = reach, aboveW = w, aboveD = d;
+      if (reach < below) below = reach, belowW = w, belowD = d;
+    }
+    centre = (aboveD * belowW + belowD * aboveW) / (aboveW + belowW);
+  }
+  return centre;
+}
+
 // The rows of a shape, and its extent over the footprint.
 void shapeFit(const WarpShape& shape, const Footprint& footprint, const Served& served, MapFit& fit) noexcept {
   const glm::dvec2 along(std::cos(shape.phi), std::sin(shape.phi)), across(-along.y, along.x);
@@ -297,6 +316,7 @@ void shapeFit(const WarpShape& shape, const Footprint& footprint, const Served& 
   fit.stretch = glm::sqrt(stretch) / determinant;
   widest = glm::sqrt(widest) / determinant;
   fit.needed = widest.x * fit.size.x * widest.y * fit.size.y;
+  fit.depthCentre = depthCentre(served, fit.w);
   fit.aspect = widest.x * fit.size.x / (widest.y * fit.size.y);
   if (fit.aspect >= 1.0) return;
   // Lying rectangles shelve better: turn by a right angle.

@@ -467,8 +467,8 @@ std::vector<std::uint8_t> decoded(const std::string& text) {  // RFC 4648, secti
 
 TEST_F(Cli, AnswersInTheFormOfTheContract) {
   const Json result = answer(usual());
-  EXPECT_EQ(keys(result), (std::vector<std::string>{"status", "method", "atlas", "depth_clamp", "origin", "partitions", "error", "warnings",
-                                                    "block", "solve_ns"}));
+  EXPECT_EQ(keys(result), (std::vector<std::string>{"status", "method", "atlas", "depth_clamp", "origin", "partitions", "error", "report",
+                                                    "warnings", "block", "solve_ns"}));
   EXPECT_EQ(result["status"], "ok");
   EXPECT_EQ(result["method"], "pssm");
   EXPECT_EQ(result["depth_clamp"], true);  // no casters given
@@ -518,6 +518,23 @@ TEST_F(Cli, AnswersInTheFormOfTheContract) {
   EXPECT_DOUBLE_EQ(result["error"]["max"].get<double>(), most);
   EXPECT_NEAR(result["error"]["needed_texels"].get<double>() / needed, 1.0, 1e-9);
   EXPECT_NEAR(result["error"]["storage_factor"].get<double>() / (needed / (1280.0 * 720.0)), 1.0, 1e-9);
+
+  const Json& report = result["report"];
+  const std::vector<std::string> cost{"extent", "needed_texels", "spent_texels", "storage_factor"};
+  EXPECT_EQ(report["needed_texels"], result["error"]["needed_texels"]);
+  EXPECT_NEAR(report["spent_texels"].get<double>() / (most * most * texels), 1.0, 1e-9);
+  ASSERT_EQ(report["partitions"].size(), 4u);
+  for (const Json& map : report["partitions"]) EXPECT_EQ(keys(map), cost);
+  // Maps that are not warped have one size of texel each, so a jump is the ratio of the sizes: error over a pixel at the slice's near end.
+  ASSERT_EQ(report["seams"].size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto size = [&](std::size_t k) {
+      const Json &map = result["partitions"][k], &error = map["error"];
+      return std::max(error["s"].get<double>(), error["t"].get<double>()) * map["near"].get<double>();
+    };
+    EXPECT_EQ(report["seams"][i]["between"], list({static_cast<double>(i), static_cast<double>(i + 1)}));
+    EXPECT_NEAR(report["seams"][i]["jump"].get<double>() / (size(i + 1) / size(i)), 1.0, 1e-4);
+  }
 }
 
 Json untimed(Json result) {
@@ -529,10 +546,11 @@ TEST_F(Cli, SceneDecidesClampAndLimit) {
   const Json cast = answer(edited({{"/scene/casters", only(box({-5, 0, 0}, {5, 5, 50}))}}));
   EXPECT_EQ(cast["depth_clamp"], false);
   const Json received = answer(edited({{"/scene/receivers", only(box({-5, -5, 10}, {5, 0, 20}))}}));
-  EXPECT_EQ(received["error"]["limit_texels"], nullptr);
+  EXPECT_TRUE(received["error"]["limit_texels"].is_number());
   // Behind the camera: nothing to shadow is an answer.
   const Json behind = answer(edited({{"/scene/receivers", only(box({-5, -5, -20}, {5, 0, -10}))}}));
   EXPECT_EQ(behind["status"], "ok");
+  EXPECT_EQ(behind["error"]["limit_texels"], nullptr);
   EXPECT_EQ(behind["partitions"], Json::array());
   EXPECT_EQ(untimed(answer(edited({{"/scene", Json::object()}, {"/margin", Json::object()}}))), untimed(answer(usual())));
 }
@@ -703,7 +721,7 @@ TEST_F(Cli, OrthographicTakesAnyNear) {
   ASSERT_EQ(result["partitions"].size(), 4u);
   EXPECT_EQ(result["partitions"][0]["near"], -10);
   EXPECT_EQ(result["partitions"][3]["far"], 100);
-  EXPECT_EQ(result["error"]["limit_texels"], nullptr);
+  EXPECT_GT(result["error"]["limit_texels"].get<double>(), 0.0);
 }
 
 TEST_F(Cli, ShadowDistanceEndsTheMaps) {

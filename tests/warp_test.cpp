@@ -268,5 +268,54 @@ TEST(Warp, FadesToThePlainFit) {
     }
 }
 
+// A texel holds one depth for all of its area, but a warped map's stored depth changes with w across it, as far as a point lies from
+// the depth that is stored alike everywhere. No other such depth serves the slice's corners better. All from differences of the emitted matrix.
+TEST(Warp, StoredDepthVariesLeastAcrossTheMap) {
+  Random random(78);
+  int warped = 0;
+  for (int k = 0; k < 200; ++k) {
+    Frame frame = usualFrame();
+    frame.camera.forwardWs = random.direction();
+    frame.light.directionWs = random.direction();
+    Solution solution;
+    const Warp warp = k % 2 ? Warp::least : Warp::lispsm;
+    ASSERT_EQ(solveLloyd(frame, {.scheme = LloydScheme::zpw, .split = {}, .warp = {.warp = warp}}, solution), Status::ok);
+    const glm::dvec3 l = glm::normalize(frame.light.directionWs);
+    for (int m = 0; m < solution.partitionCount; ++m) {
+      const Partition& map = solution.partitions[m];
+      if (map.warp == Warp::none) continue;
+      ++warped;
+      const glm::dmat4 matrix(map.clipFromWorld);
+      double depths[8], ws[8], away[8];
+      for (int i = 0; i < 8; ++i) {
+        const glm::dvec3 p = viewPoint(frame.camera, i & 1, (i >> 1) & 1, (i & 4) ? map.far : map.near);
+        const auto stored = [&](const glm::dvec3& at) {
+          const glm::dvec4 q = matrix * glm::dvec4(at, 1.0);
+          return q.z / q.w;
+        };
+        const glm::dvec3 wRow(matrix[0][3], matrix[1][3], matrix[2][3]);
+        const glm::dvec3 slope = wRow - l * glm::dot(l, wRow), across = slope / glm::dot(slope, slope);  // one of w
+        const double w = glm::dot(wRow, p) + matrix[3][3], step = 1e-3 * w;
+        const double perW = (stored(p + across * step) - stored(p - across * step)) / (2.0 * step);
+        const double h = 1e-3 * map.near, perDepth = (stored(p + l * h) - stored(p - l * h)) / (2.0 * h);
+        depths[i] = glm::dot(l, p);
+        ws[i] = w;
+        away[i] = depths[i] + perW / perDepth * w;  // the depth that is stored alike: stored = (d - c) / (w range) + constant
+      }
+      const auto worst = [&](const auto& centre) {
+        double most = 0.0;
+        for (int i = 0; i < 8; ++i) most = std::max(most, std::abs(depths[i] - centre(i)) / ws[i]);
+        return most;
+      };
+      const double emitted = worst([&](int i) { return away[i]; });
+      const auto [least, greatest] = std::minmax_element(depths, depths + 8);
+      double best = kInfinity;
+      for (int i = 0; i <= 400; ++i) best = std::min(best, worst([&](int) { return *least + (*greatest - *least) * i / 400.0; }));
+      EXPECT_LE(emitted, best * 1.02) << k;
+    }
+  }
+  EXPECT_GT(warped, 100);
+}
+
 }  // namespace
 }  // namespace gnomon::test

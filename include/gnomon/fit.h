@@ -36,6 +36,7 @@ struct MapFit {
   double needed;  // texels for error 1 at every vertex served, before the viewport is chosen
   double aspect;  // of the viewport: texels along s over texels along t
   double depthNear, depthFar;  // depthFar > depthNear
+  double depthCentre;  // of a warp: the depth that is stored alike whatever w is
 };
 
 // The rectangle for a slice. pixel: w_i at its near end, the least side a map needs.

@@ -30,6 +30,7 @@ struct Cell {
     std::uint8_t left, right;  // planes
   };
   int vertexCount = 0, edgeCount = 0, planeCount = 0;
+  bool isExact = true;  // false once a cut was `kept`: it holds more than it should
   glm::dvec3 vertices[kMaxCellVertices];
   Edge edges[kMaxCellEdges];
   Plane planes[kMaxCellPlanes];

@@ -227,7 +227,7 @@ struct Solution {
   double maxError = 0.0;  // largest of every partition's s and t
   double neededTexels = 0.0;  // sum of s t width height: texels for error 1 everywhere, shares free
   double storageFactor = 0.0;  // neededTexels over the image's pixels
-  double limitTexels = 0.0;  // least that any parameterization of one light plane needs; NaN-free: 0 where unknown
+  double limitTexels = 0.0;  // the least that any parameterization of one light plane needs (gnomon/error.h); 0 where unknown
   Partition partitions[kMaxPartitions];
   GnomonBlock block{};  // upload as is
 };

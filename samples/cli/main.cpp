@@ -52,7 +52,7 @@ struct SolveArguments {
 Json solveCase(const Case& input, int repeat, Solution& solution) {
   const double ns = cli::timedSolve(input, repeat, solution);
   if (solution.status != Status::ok) throw Refusal(cli::refusalText(input, solution));
-  return cli::resultJson(input.method, solution, ns);
+  return cli::resultJson(input.method, input.frame, solution, ns);
 }
 
 int solve(const SolveArguments& arguments) {
@@ -153,7 +153,8 @@ int render(const SolveArguments& arguments, const std::string& scene, const std:
   const offscreen::WrongPixels& wrong = picture.wrong;
   std::cout << "wrong " << percent(wrong.share()) << " of " << wrong.counted << " pixels that face the light (" << wrong.wrongNear
             << " within a pixel of a true edge, " << wrong.wrongFar << " farther), " << std::setprecision(3) << wrong.perEdge()
-            << " per edge pixel; " << folder << "/\n";
+            << " per edge pixel; predicted error " << picture.predicted.mean << " on average, " << percent(picture.predicted.overOne)
+            << " of the points over 1, " << picture.predictedAtEdges.mean << " at edges; " << folder << "/\n";
   return 0;
 }
 
@@ -211,7 +212,8 @@ int run(const std::string& file, const std::string& folder) {
   offscreen::Renderer renderer;
   std::cerr << "rendering on " << renderer.device() << ", " << kWidth << " x " << kHeight
             << ", four maps of 2048 x 2048 texels, unfiltered\n";
-  Table table({"scene", "light", "passes", "texels", "max error", "needed/limit", "wrong", "near edge", "farther", "solve", "frame"});
+  Table table({"scene", "light", "passes", "texels", "max error", "mean", "at edges", "needed/limit", "wrong", "near edge", "farther",
+               "solve", "frame"});
   std::filesystem::create_directories(folder);
   for (const std::string& name : names) {
     std::cerr << name << ": preparing\n";
@@ -235,26 +237,23 @@ int run(const std::string& file, const std::string& folder) {
         throw std::runtime_error(title + ": " + statusField(solution->status) + " " + statusRule(solution->status));
       const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, frame, *solution, {});
       offscreen::writePictures(picture, folder + "/" + title + "-" + view.camera + "-" + view.light);
-      Frame whole = frame;  // the limit is known for a whole frustum only: the same view without its receivers
-      whole.scene = {};
-      auto wholeSolution = std::make_unique<Solution>();
-      (void)solvePssm(whole, {}, *wholeSolution);
       double texels = 0.0;
       for (int i = 0; i < solution->partitionCount; ++i)
         texels += static_cast<double>(solution->partitions[i].viewport.z) * solution->partitions[i].viewport.w;
-      const std::string ratio =
-          wholeSolution->limitTexels > 0.0 ? number(wholeSolution->neededTexels / wholeSolution->limitTexels, 2) : "-";
+      const std::string ratio = solution->limitTexels > 0.0 ? number(solution->neededTexels / solution->limitTexels, 2) : "-";
       table.add({title + ", " + view.camera, view.light, std::to_string(solution->partitionCount), number(texels / 1e6, 1) + " M",
-                 number(solution->maxError, 2), ratio, percent(picture.wrong.share()), std::to_string(picture.wrong.wrongNear),
-                 std::to_string(picture.wrong.wrongFar), number(ns / 1e3, 2) + " us", number(picture.image.frameMs, 0) + " ms"});
+                 number(solution->maxError, 2), number(picture.predicted.mean, 2), number(picture.predictedAtEdges.mean, 2), ratio,
+                 percent(picture.wrong.share()), std::to_string(picture.wrong.wrongNear), std::to_string(picture.wrong.wrongFar),
+                 number(ns / 1e3, 2) + " us", number(picture.image.frameMs, 0) + " ms"});
     }
   }
-  const std::string text =
-      table.text() +
-      "\nmax error: widest texel edge over a pixel's width, predicted; needed/limit: of the view without its receiver box; wrong: share of "
-      "the pixels that\n"
-      "face the light, against ray tracing; near edge: wrong pixels within one pixel of a true shadow edge. Pictures: " +
-      folder + "/*/\n";
+  const std::string text = table.text() +
+                           "\nmax error: widest texel edge over a pixel's width, predicted; mean: over the points seen that face the "
+                           "light; at edges: over those at "
+                           "true shadow\nedges; needed/limit: texels for error 1 over the least that any map could do with; wrong: share "
+                           "of the pixels that face "
+                           "the light, against ray tracing; near edge: wrong pixels within one pixel of a true shadow edge. Pictures: " +
+                           folder + "/*/\n";
   writeText(folder + "/table.txt", text);
   std::cout << text;
   return 0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "gnomon/error.h"
+
 namespace gnomon::cli {
 namespace {
 
@@ -51,9 +53,25 @@ Json partitionJson(const Partition& partition) {
   return out;
 }
 
+// What the errors come to, beside what the maps are.
+Json reportJson(const Frame& frame, const Solution& solution) {
+  const auto costJson = [](const TexelCost& cost) -> Json {
+    return {{"extent", cost.extent}, {"needed_texels", cost.needed}, {"spent_texels", cost.spent}, {"storage_factor", cost.storageFactor}};
+  };
+  Json out = costJson(texelCost(solution, frame.image));
+  out["partitions"] = Json::array();
+  out["seams"] = Json::array();
+  for (int i = 0; i < solution.partitionCount; ++i) {
+    out["partitions"].push_back(costJson(texelCost(solution.partitions[i], frame.image)));
+    for (int k = i + 1; k < solution.partitionCount; ++k)
+      if (const double jump = seamJump(frame, solution, i, k); jump > 0.0) out["seams"].push_back({{"between", {i, k}}, {"jump", jump}});
+  }
+  return out;
+}
+
 }  // namespace
 
-Json resultJson(const std::string& method, const Solution& solution, double solveNs) {
+Json resultJson(const std::string& method, const Frame& frame, const Solution& solution, double solveNs) {
   Json out;
   out["status"] = "ok";
   out["method"] = method;
@@ -66,6 +84,7 @@ Json resultJson(const std::string& method, const Solution& solution, double solv
   out["error"]["storage_factor"] = solution.storageFactor;
   out["error"]["needed_texels"] = solution.neededTexels;
   out["error"]["limit_texels"] = solution.limitTexels > 0.0 ? Json(solution.limitTexels) : Json(nullptr);
+  out["report"] = reportJson(frame, solution);
   out["warnings"] = Json::array();
   for (int i = 0; i < kWarningCount; ++i) {
     const std::uint32_t bit = 1u << i;

@@ -12,7 +12,7 @@
 
 namespace gnomon::cli {
 
-[[nodiscard]] Json resultJson(const std::string& method, const Solution& solution, double solveNs);
+[[nodiscard]] Json resultJson(const std::string& method, const Frame& frame, const Solution& solution, double solveNs);
 
 // JSON text with lists of numbers on one line each.
 [[nodiscard]] std::string layOut(const Json& value);

@@ -18,6 +18,9 @@ Picture makePicture(Renderer& renderer, const Tracer& tracer, const Frame& frame
                              frame.light.directionWs);
   picture.counted = countedPixels(picture.truth, image.normal, frame.light.directionWs);
   picture.wrong = countWrong(image.width, image.height, image.lit, picture.truth, picture.counted);
+  picture.predicted = predictedError(frame, solution, image.position, image.index, picture.counted);
+  picture.predictedAtEdges =
+      predictedError(frame, solution, image.position, image.index, edgePixels(image.width, image.height, picture.truth, picture.counted));
   return picture;
 }
 

@@ -1,4 +1,5 @@
-// job: one picture from start to end: render a solution, trace the truth, count wrong pixels, write the files of the contract.
+// job: one picture from start to end: render a solution, trace the truth, count wrong pixels, predict its error, write the files of the
+// contract.
 //
 // Test: tests/job_test.cpp
 #pragma once
@@ -6,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "predicted.h"
 #include "render.h"
 #include "truth.h"
 #include "wrong.h"
@@ -16,6 +18,8 @@ struct Picture {
   RenderOutput image;
   std::vector<std::uint8_t> truth, counted;
   WrongPixels wrong;
+  PredictedError predicted;  // over the counted pixels
+  PredictedError predictedAtEdges;  // over those that touch a true shadow edge: the only ones where a texel's width shows
 };
 
 // Draws and judges one view of the mesh that renderer and tracer hold. Throws std::runtime_error.

@@ -22,6 +22,10 @@ void checkSizes(int width, int height, const std::vector<std::uint8_t>& answer, 
   }
 }
 
+std::size_t pixelAt(int width, int x, int y) {
+  return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
+}
+
 }  // namespace
 
 double WrongPixels::share() const { return ratio(wrong, counted); }
@@ -43,36 +47,39 @@ std::vector<std::uint8_t> countedPixels(const std::vector<std::uint8_t>& truth, 
   return counted;
 }
 
-WrongPixels countWrong(int width, int height, const std::vector<std::uint8_t>& answer, const std::vector<std::uint8_t>& truth,
-                       const std::vector<std::uint8_t>& counted) {
-  checkSizes(width, height, answer, truth, counted);
-  const auto at = [width](int x, int y) {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-  };
-
-  WrongPixels result;
+std::vector<std::uint8_t> edgePixels(int width, int height, const std::vector<std::uint8_t>& truth,
+                                     const std::vector<std::uint8_t>& counted) {
+  checkSizes(width, height, truth, truth, counted);
   std::vector<std::uint8_t> edge(truth.size(), 0);
   const auto markIfEdge = [&](std::size_t a, std::size_t b) {
     if (counted[a] && counted[b] && truth[a] != truth[b]) edge[a] = edge[b] = 1;
   };
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      if (x + 1 < width) markIfEdge(at(x, y), at(x + 1, y));
-      if (y + 1 < height) markIfEdge(at(x, y), at(x, y + 1));
+      if (x + 1 < width) markIfEdge(pixelAt(width, x, y), pixelAt(width, x + 1, y));
+      if (y + 1 < height) markIfEdge(pixelAt(width, x, y), pixelAt(width, x, y + 1));
     }
   }
+  return edge;
+}
+
+WrongPixels countWrong(int width, int height, const std::vector<std::uint8_t>& answer, const std::vector<std::uint8_t>& truth,
+                       const std::vector<std::uint8_t>& counted) {
+  checkSizes(width, height, answer, truth, counted);
+  WrongPixels result;
+  const std::vector<std::uint8_t> edge = edgePixels(width, height, truth, counted);
 
   const auto nearEdge = [&](int x, int y) {
     for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v) {
       for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) {
-        if (edge[at(u, v)]) return true;
+        if (edge[pixelAt(width, u, v)]) return true;
       }
     }
     return false;
   };
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      const std::size_t i = at(x, y);
+      const std::size_t i = pixelAt(width, x, y);
       if (!counted[i]) continue;
       ++result.counted;
       result.edge += edge[i];

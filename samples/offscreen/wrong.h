@@ -46,6 +46,10 @@ struct WrongPixels {
 [[nodiscard]] std::vector<std::uint8_t> countedPixels(const std::vector<std::uint8_t>& truth, const std::vector<float>& normal,
                                                       const glm::dvec3& lightDirectionWs);
 
+// 1 where a counted pixel touches a true edge. Throws std::runtime_error where the sizes disagree.
+[[nodiscard]] std::vector<std::uint8_t> edgePixels(int width, int height, const std::vector<std::uint8_t>& truth,
+                                                   const std::vector<std::uint8_t>& counted);
+
 // answer: the map's, height x width, in the same values as truth; kNothing where the truth has an answer is wrong too.
 // counted: from countedPixels. Throws std::runtime_error where the sizes disagree.
 [[nodiscard]] WrongPixels countWrong(int width, int height, const std::vector<std::uint8_t>& answer, const std::vector<std::uint8_t>& truth,

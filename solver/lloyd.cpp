@@ -74,7 +74,7 @@ Status solveLloyd(const Frame& frame, const LloydSettings& settings, Solution& s
   LightSpace light;
   if (beginSolve(frame, settings.split, FitMode::tight, region, light, solution) != Status::ok) return solution.status;
   double& value = solution.refusedValue;
-  if (value = settings.warp.eta; !(settings.warp.eta >= -1.0 && settings.warp.eta <= 1.0)) return refuse(solution, Status::warpEta);
+  if (const Status status = validate(settings.warp, value); status != Status::ok) return refuse(solution, status);
 
   MapSettings making{.fit = FitMode::tight, .warp = settings.warp, .shares = settings.shares};
   if (settings.scheme == LloydScheme::zp) making.warp = {};

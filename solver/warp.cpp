@@ -211,6 +211,11 @@ void shapeFit(const WarpShape& shape, const Footprint& footprint, const Served& 
 
 }  // namespace
 
+Status validate(const WarpSettings& settings, double& value) noexcept {
+  value = settings.eta;
+  return settings.eta >= -1.0 && settings.eta <= 1.0 ? Status::ok : Status::warpEta;
+}
+
 double neededTexels(const Served& served, const WarpShape& shape) noexcept {
   const double c = std::cos(shape.phi), s = std::sin(shape.phi);
   double u[kMaxHull];

@@ -328,7 +328,8 @@ TEST_F(Cli, RefusesWhatHasTheWrongForm) {
       {{{"/method/name", "single"}}, "method.name: must be one of pssm, lloyd, lspsm, got single" + later},
       {{{"/method", {{"name", "lloyd"}, {"scheme", "fp"}}}}, "method.scheme: must be one of w, zp, zp+w, fp+w, fp+zp+w, best, got fp"},
       {{{"/method", {{"name", "lloyd"}, {"fit", "tight"}}}},
-       "method.fit: is not a known key; method takes name, split, lambda, bias, splits, count, scheme, warp, eta, shares, near_face"},
+       "method.fit: is not a known key; method takes name, split, lambda, bias, splits, count, scheme, warp, eta, shares, near_face, rows"},
+      {{{"/method", {{"name", "lloyd"}, {"rows", 1}}}}, "method.rows: must be true or false, got 1"},
       {{{"/method/name", "sdsm"}}, "method.name: must be one of pssm, lloyd, lspsm, got sdsm" + later},
       {{{"/method/name", "auto"}}, "method.name: must be one of pssm, lloyd, lspsm, got auto" + later},
       {{{"/method/name", "csm"}}, "method.name: must be one of pssm, lloyd, lspsm, got csm"},
@@ -727,7 +728,7 @@ TEST_F(Cli, MethodsListsEverySetting) {
       {"split", "logarithmic"}, {"lambda", 0.5}, {"bias", 0.0}, {"splits", nullptr}, {"count", nullptr}};
   const std::vector<std::pair<std::string, std::vector<std::pair<std::string, Json>>>> methods = {
       {"pssm", {{"fit", "tight"}}},
-      {"lloyd", {{"scheme", "zp+w"}, {"warp", "lispsm"}, {"eta", 0.0}, {"shares", "error"}, {"near_face", "own"}}},
+      {"lloyd", {{"scheme", "zp+w"}, {"warp", "lispsm"}, {"eta", 0.0}, {"shares", "error"}, {"near_face", "own"}, {"rows", true}}},
       {"lspsm",
        {{"rows", "fitted"}, {"zeta", 0.25}, {"sigma", 0.5}, {"max_rows", 16}, {"max_columns", 2}, {"warp", "none"}, {"eta", 0.0}}}};
   for (std::size_t m = 0; m < methods.size(); ++m) {

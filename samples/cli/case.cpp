@@ -497,6 +497,10 @@ void parseMethod(const Json& value, Case& out) {
   parseWarp(fields, lloyd.warp);
   choiceIf(fields, "shares", kShareWords, lloyd.shares);
   choiceIf(fields, "near_face", kNearFaceWords, lloyd.nearFace);
+  if (const Json* rows = fields.find("rows")) {
+    if (!rows->is_boolean()) refuse("method.rows", "must be true or false", text(*rows));
+    lloyd.rows = rows->get<bool>();
+  }
 }
 
 // A part of a dotted path as a place in a list, or -1.
@@ -696,7 +700,8 @@ const std::vector<Method>& methods() {
              {{"shares", join(kShareWords), word(kShareWords, lloyd.shares),
                "of the texels: equal, or so that every map has the same error"},
               {"near_face", join(kNearFaceWords), word(kNearFaceWords, lloyd.nearFace),
-               "fp: the near plane has a map of its own, or is shared among the sides'"}})},
+               "fp: the near plane has a map of its own, or is shared among the sides'"},
+              {"rows", "true, false", lloyd.rows, "best: may rows of the light plane be chosen"}})},
         {"lspsm", "rectangles of the light plane, in rows and columns that do not overlap [Tang 2017]",
          add({{"rows", join(kRowWords), word(kRowWords, lspsm.rows.rule),
                "paper: eq. 1 as printed; fitted: the same, ending where the view does; error: by the texels that the view needs"},

@@ -93,12 +93,13 @@ int simplifyHull(glm::dvec2* points, int count) noexcept {
 // A cell's vertex seen from the light: homogeneous, so that points between two of them may be interpolated before the division.
 struct Seen {
   double x, y, depth, w, z;  // z: view depth
+  double along;  // where slabs are cut: view depth for slices, a wedge's axis for its rows
 };
 
-// An edge that is not parallel to the image, from its nearer vertex to its farther one.
+// An edge that is not parallel to the slabs, from where `along` is less to where it is more.
 struct Rising {
   std::uint8_t from, to;
-  Seen slope;  // per unit of view depth
+  Seen slope;  // per unit of `along`
 };
 
 // A cell seen from the light.
@@ -110,23 +111,25 @@ struct SeenCell {
 };
 static_assert(kMaxCellVertices <= 64);
 
-void look(const Cell& cell, const glm::dmat4& lsFromView, SeenCell& seen) noexcept {
+void look(const Cell& cell, const glm::dmat4& lsFromView, const Plane& axis, SeenCell& seen) noexcept {
   seen.vertexCount = cell.vertexCount;
   seen.risingCount = 0;
   seen.risingVertices = 0;
   for (int v = 0; v < cell.vertexCount; ++v) {
     const glm::dvec3& vs = cell.vertices[v];
     const auto row = [&](int r) { return lsFromView[0][r] * vs.x + lsFromView[1][r] * vs.y + lsFromView[2][r] * vs.z + lsFromView[3][r]; };
-    seen.vertices[v] = {row(0), row(1), row(2), row(3), vs.z};
+    seen.vertices[v] = {row(0), row(1), row(2), row(3), vs.z, glm::dot(axis.normal, vs) + axis.offset};
   }
   for (int i = 0; i < cell.edgeCount; ++i) {
     std::uint8_t from = cell.edges[i].from, to = cell.edges[i].to;
-    if (seen.vertices[from].z == seen.vertices[to].z) continue;
-    if (seen.vertices[from].z > seen.vertices[to].z) std::swap(from, to);
+    if (seen.vertices[from].along == seen.vertices[to].along) continue;
+    if (seen.vertices[from].along > seen.vertices[to].along) std::swap(from, to);
     const Seen &p = seen.vertices[from], &q = seen.vertices[to];
-    const double perDepth = 1.0 / (q.z - p.z);
+    const double perUnit = 1.0 / (q.along - p.along);
     seen.rising[seen.risingCount++] = {
-        from, to, {(q.x - p.x) * perDepth, (q.y - p.y) * perDepth, (q.depth - p.depth) * perDepth, (q.w - p.w) * perDepth, 1.0}};
+        from,
+        to,
+        {(q.x - p.x) * perUnit, (q.y - p.y) * perUnit, (q.depth - p.depth) * perUnit, (q.w - p.w) * perUnit, (q.z - p.z) * perUnit, 1.0}};
     seen.risingVertices |= std::uint64_t{1} << from | std::uint64_t{1} << to;
   }
 }
@@ -197,10 +200,10 @@ struct ServedPoints {
   }
 };
 
-// Gives the part of a cell between two view depths to the points: where its edges enter and leave the slab. All slices of a view
-// volume give their points in the same order.
+// Gives the part of a cell inside a slab to the points: where its edges enter and leave it. All slices of a view volume give their
+// points in the same order.
 template <class Sink>
-void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept {
+void addSlab(Sink& points, const SeenCell& seen, double slabNear, double slabFar) noexcept {
   const auto add = [&](double x, double y, double depth, double w, double z) {
     if (w == 1.0)  // a directional light has no perspective
       points.add({x, y, depth}, z);
@@ -211,24 +214,26 @@ void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept
   std::uint64_t added = seen.risingVertices;
   if (std::popcount(added) != seen.vertexCount)
     for (int i = 0; i < seen.vertexCount; ++i)
-      if (!(added >> i & 1) && seen.vertices[i].z >= slab.near && seen.vertices[i].z <= slab.far) addVertex(seen.vertices[i]);
+      if (const double along = seen.vertices[i].along; !(added >> i & 1) && along >= slabNear && along <= slabFar)
+        addVertex(seen.vertices[i]);
   added = 0;
-  const auto addEnd = [&](const Rising& edge, int end, double z) {
-    if (seen.vertices[end].z == z) {
+  const auto addEnd = [&](const Rising& edge, int end, double along) {
+    if (seen.vertices[end].along == along) {
       if (!(added >> end & 1)) addVertex(seen.vertices[end]);
       added |= std::uint64_t{1} << end;
       return;
     }
     const Seen& from = seen.vertices[edge.from];
-    const double t = z - from.z;
-    add(from.x + edge.slope.x * t, from.y + edge.slope.y * t, from.depth + edge.slope.depth * t, from.w + edge.slope.w * t, z);
+    const double t = along - from.along;
+    add(from.x + edge.slope.x * t, from.y + edge.slope.y * t, from.depth + edge.slope.depth * t, from.w + edge.slope.w * t,
+        from.z + edge.slope.z * t);
   };
   for (int i = 0; i < seen.risingCount; ++i) {
     const Rising& edge = seen.rising[i];
-    const double from = seen.vertices[edge.from].z, to = seen.vertices[edge.to].z;
-    if (from > slab.far || to < slab.near) continue;
-    addEnd(edge, edge.from, from < slab.near ? slab.near : from);
-    addEnd(edge, edge.to, to > slab.far ? slab.far : to);
+    const double from = seen.vertices[edge.from].along, to = seen.vertices[edge.to].along;
+    if (from > slabFar || to < slabNear) continue;
+    addEnd(edge, edge.from, from < slabNear ? slabNear : from);
+    addEnd(edge, edge.to, to > slabFar ? slabFar : to);
   }
 }
 
@@ -250,34 +255,40 @@ double farthestReach(const Region& region, const DepthSpan& slab) noexcept {
   return std::min(std::sqrt(x * x + y * y + z * z), region.reach);
 }
 
-// Cuts a cell to a wedge of the light plane. False where nothing is left.
-bool cutToWedge(Cell& cell, const Wedge& wedge) noexcept {
-  const auto cut = [&](const glm::dvec3& normal, double offset) {
-    return cutCell(cell, {normal, offset}, std::abs(offset)) != Cut::outside;
-  };
+// Cuts a cell to a wedge's sides. False where nothing is left.
+bool cutToSides(Cell& cell, const Wedge& wedge) noexcept {
   for (const Plane& side : {wedge.left, wedge.right})
-    if (side.normal != glm::dvec3(0.0) && !cut(side.normal, side.offset)) return false;
-  if (wedge.start > -kInfinity && !cut(wedge.axis.normal, wedge.axis.offset - wedge.start)) return false;
-  return !(wedge.end < kInfinity) || cut(-wedge.axis.normal, wedge.end - wedge.axis.offset);
+    if (side.normal != glm::dvec3(0.0) && cutCell(cell, side, std::abs(side.offset)) == Cut::outside) return false;
+  return true;
 }
 
-// Calls visit(slice, cell seen from the light) for every slice and every part of the region that it may meet.
+bool isSame(const Plane& a, const Plane& b) noexcept { return a.normal == b.normal && a.offset == b.offset; }
+
+// Calls visit(slice, cell seen from the light, ends of the slab to cut it to) for every slice and every part of the region that it may
+// meet. slabs: of view depth, for slices. Wedges that are rows between the same sides are slabs of one cell.
 template <class Visit>
-void forEachCell(const Region& region, const LightSpace& light, const Splits& splits, Visit&& visit) noexcept {
+void forEachSlab(const Region& region, const LightSpace& light, const Splits& splits, const DepthSpan* slabs, Visit&& visit) noexcept {
   Cell storage;
   SeenCell seen;
   for (int i = 0; i < cellCount(region); ++i) {
     const Cell* cell = getCell(region, i, storage);
     if (!cell) continue;
-    if (!splits.isWedged) look(*cell, light.lsFromView, seen);
+    if (!splits.isWedged) look(*cell, light.lsFromView, {glm::dvec3(0.0, 0.0, 1.0), 0.0}, seen);
+    bool isEmpty = false;
     for (int s = 0; s < splits.count; ++s) {
-      if (splits.isWedged) {
-        Cell part;
-        copyCell(*cell, part);
-        if (!cutToWedge(part, splits.wedges[s])) continue;
-        look(part, light.lsFromView, seen);
+      if (!splits.isWedged) {
+        visit(s, seen, slabs[s].near, slabs[s].far);
+        continue;
       }
-      visit(s, seen);
+      const Wedge &wedge = splits.wedges[s], &before = splits.wedges[s > 0 ? s - 1 : 0];
+      const bool hasSides = wedge.left.normal != glm::dvec3(0.0) || wedge.right.normal != glm::dvec3(0.0);
+      if (s == 0 || !isSame(wedge.axis, before.axis) || !isSame(wedge.left, before.left) || !isSame(wedge.right, before.right)) {
+        Cell part;
+        if (hasSides) copyCell(*cell, part);
+        isEmpty = hasSides && !cutToSides(part, wedge);
+        if (!isEmpty) look(hasSides ? part : *cell, light.lsFromView, wedge.axis, seen);
+      }
+      if (!isEmpty) visit(s, seen, wedge.start, wedge.end);
     }
   }
 }
@@ -293,25 +304,29 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     footprint.padded = padSlice(region, splits, s, margin, byViewDepth);
     footprint.reach = farthestReach(region, footprint.padded);
   }
+  DepthSpan slabs[kMaxPartitions];
+  for (int s = 0; s < splits.count; ++s) slabs[s] = footprints[s].padded;
   if (cellCount(region) == 1) {
     Points points;
-    forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
+    forEachSlab(region, light, splits, slabs, [&](int s, const SeenCell& seen, double near, double far) {
       points.clear();
-      addSlab(points, seen, footprints[s].padded);
-      finish(points, footprints[s]);
+      addSlab(points, seen, near, far);
+      if (points.count > 0) finish(points, footprints[s]);
     });
     return;
   }
   Points points[kMaxPartitions];
-  forEachCell(region, light, splits, [&](int s, const SeenCell& seen) { addSlab(points[s], seen, footprints[s].padded); });
-  for (int s = 0; s < splits.count; ++s) finish(points[s], footprints[s]);
+  forEachSlab(region, light, splits, slabs,
+              [&](int s, const SeenCell& seen, double near, double far) { addSlab(points[s], seen, near, far); });
+  for (int s = 0; s < splits.count; ++s)
+    if (points[s].count > 0) finish(points[s], footprints[s]);
 }
 
 void gatherServed(const Region& region, const LightSpace& light, const Splits& splits, Served* served) noexcept {
   for (int s = 0; s < splits.count; ++s) served[s].count = 0;
-  forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
+  forEachSlab(region, light, splits, splits.slices, [&](int s, const SeenCell& seen, double near, double far) {
     ServedPoints points{region.pixelSlope, region.pixelBase, &served[s]};
-    addSlab(points, seen, splits.slices[s]);
+    addSlab(points, seen, near, far);
   });
 }
 

@@ -124,6 +124,7 @@ void writeWedges(const Region& region, const LightSpace& light, const RowSetting
     for (int c = 0; c < columns; ++c) {
       const Plane none{glm::dvec3(0.0), 0.0};
       Wedge& wedge = splits.wedges[splits.count];
+      rows.cells[splits.count] = splits.count;
       splits.slices[splits.count++] = all;
       wedge = {none, none, rows.along, i > 0 ? start : -kInfinity, i + 1 < layout.count ? end : kInfinity};
       if (c > 0) wedge.left = {rows.across.normal, -(left + column * c)};
@@ -251,6 +252,7 @@ Status splitRows(const Region& region, const LightSpace& light, const RowSetting
   if (settings.rule == RowRule::error) makeProfile(served, layout.shape.axis, profile);
   const Status status = makeLayout(settings, profile, most, layout);
   if (status == Status::ok) writeWedges(region, light, settings, layout, splits);
+  splits.isWedged = splits.count > 1;  // one that nothing bounds is a slice, which depth selects too
   return status;
 }
 

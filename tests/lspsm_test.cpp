@@ -70,6 +70,64 @@ TEST(Lspsm, ColumnsGiveWayFirst) {
   EXPECT_EQ(rows, 3);
 }
 
+// One rectangle is one slice: selection by depth finds it as it finds any.
+TEST(Lspsm, OneMapIsFoundByDepth) {
+  Frame frame = usualFrame();
+  frame.budget.partitions = 1;
+  const auto solution = solve(frame, {});
+  ASSERT_EQ(solution->partitionCount, 1);
+  EXPECT_EQ(solution->partitions[0].planeCount, 0);
+  EXPECT_EQ(selectByViewDepth(solution->block, 5.0f), 0);
+  EXPECT_EQ(solution->block.rowCells[0], 0xffffff00u);
+}
+
+// The spread of texel sizes in pixels, the 95th of a hundred over the 5th, by differences of the emitted matrices over a grid of the picture:
+// of a ground, or of points at depths of all magnitudes.
+double spreadOfTexels(const glm::dvec3& light, bool hasGround) {
+  Frame frame = usualFrame();
+  frame.camera = perspective({0.0, 1.7, 0.0}, {0.0, -0.1, -1.0}, {0.0, 1.0, 0.0}, kPi / 3.0, 4.0 / 3.0, 0.1, 200.0);
+  frame.image = {1440.0, 1080.0};
+  frame.light.directionWs = light;
+  frame.budget = {.partitions = 8, .resolution = 1024};
+  const Box ground{{-200.0, -0.01, -200.0}, {200.0, 0.0, 0.0}};
+  if (hasGround) frame.scene.receivers = {&ground, 1};
+  const auto solution = solve(frame, {.rows = {.maxColumns = 1}});
+  EXPECT_EQ(solution->status, Status::ok);
+  std::vector<double> sizes;
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 40; ++x) {
+      const glm::dvec3 ray = viewPoint(frame.camera, (x + 0.5) / 40.0, (y + 0.5) / 60.0, 1.0);
+      const double z = hasGround ? -frame.camera.positionWs.y / ray.y : 0.1 * std::pow(2000.0, (40 * y + x) % 97 / 96.0);
+      if (!(z > frame.camera.near && z < frame.camera.far)) continue;
+      for (int i = 0; i < solution->partitionCount; ++i) {
+        const Partition& map = solution->partitions[i];
+        bool isServed = true;
+        for (int p = 0; p < map.planeCount; ++p)
+          isServed = isServed && glm::dot(glm::dvec3(map.planes[p]), frame.camera.positionWs + ray * z) + map.planes[p].w >= 0.0;
+        if (!isServed) continue;
+        const glm::dvec2 texel = measuredTexel(map, ray * z, light, z * 1e-3) / pixelAt(frame, z);
+        sizes.push_back(std::sqrt(texel.x * texel.y));
+        break;
+      }
+    }
+  EXPECT_GT(sizes.size(), 500u);
+  std::sort(sizes.begin(), sizes.end());
+  return sizes[sizes.size() * 95 / 100] / sizes[sizes.size() * 5 / 100];
+}
+
+// The letter's nearly constant ratio of texels to pixels holds over a ground; for light along the view, and depths of all magnitudes behind
+// each texel, no map has it.
+TEST(Lspsm, TexelsPerPixelVaryLittleOverAGround) {
+  const double overhead = spreadOfTexels({0.2, -1.0, 0.1}, true), low = spreadOfTexels({0.9, -0.3, 0.2}, true),
+               along = spreadOfTexels({0.0, -0.1, -1.0}, false);
+  RecordProperty("overhead", std::to_string(overhead));
+  RecordProperty("low", std::to_string(low));
+  RecordProperty("along", std::to_string(along));
+  EXPECT_LT(overhead, 2.0);
+  EXPECT_LT(low, 3.0);
+  EXPECT_GT(along, 20.0);
+}
+
 // Every rule and warp, over lights in all directions, exactly along, against and across the view, cut and rolled views.
 TEST(Lspsm, CoversAsPredicted) {
   Random random(511);

@@ -47,6 +47,7 @@ struct Rows {
   // Row i starts where log(1 + slope (along - from)) is i growth, or along - from is i growth if slope is 0; growth 0: anywhere.
   double from, slope, growth;
   Row rows[kMaxPartitions];
+  int cells[kMaxPartitions];  // each wedge's place in the solution, -1: it holds nothing
 };
 
 // Depth intervals to serve, in order, disjoint; each ends where the next begins unless receivers leave a gap. Where isWedged, every

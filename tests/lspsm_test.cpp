@@ -53,21 +53,19 @@ TEST(Lspsm, PaperIsRefusedWhereItsRowsDoNotReach) {
 // Columns give way to the budget first, then rows.
 TEST(Lspsm, ColumnsGiveWayFirst) {
   Frame frame = usualFrame();
+  frame.camera.near = 5.0;
+  frame.camera.far = 20.0;
   frame.light.directionWs = {0, -1, 0};
   RowLayout layout;
   const RowSettings settings{.zeta = 0.1, .sigma = 0.5, .maxRows = 4, .maxColumns = 3};
-  int columns = 99, rows = 0;
-  for (const int most : {12, 8, 4, 3}) {
-    frame.budget.partitions = most;
+  const struct { int most, rows, columns; } known[] = {{16, 4, 3}, {12, 4, 3}, {11, 4, 2}, {8, 4, 2}, {7, 4, 1}, {4, 4, 1}, {3, 3, 1}};
+  for (const auto& each : known) {
+    frame.budget.partitions = each.most;
     const auto solution = solve(frame, {.rows = settings}, &layout);
-    ASSERT_LE(solution->partitionCount, most);
-    EXPECT_EQ(layout.count, std::min(most, 4));
-    EXPECT_LE(layout.columns[0], columns);
-    columns = layout.columns[0];
-    rows = layout.count;
+    EXPECT_EQ(solution->partitionCount, each.rows * each.columns) << each.most;
+    EXPECT_EQ(layout.count, each.rows) << each.most;
+    for (int i = 0; i < layout.count; ++i) EXPECT_EQ(layout.columns[i], each.columns) << each.most;
   }
-  EXPECT_EQ(columns, 1);
-  EXPECT_EQ(rows, 3);
 }
 
 // One rectangle is one slice: selection by depth finds it as it finds any.

@@ -113,27 +113,28 @@ void writeRows(const Region& region, const Rows& rows, const glm::dvec3& originW
   int cells = 0;
   for (int i = 0; i < rows.count; ++i) {
     const Rows::Row& row = rows.rows[i];
-    block.rowStart[i / 4][i % 4] = i > 0 ? bound(row.start) : -kNever;
-    block.rows[i] = vec4(glm::dvec4(row.left, 1.0 / row.columnWidth, row.columns - 1, row.first));
+    const float start = i > 0 ? bound(row.start) : -kNever;
+    constexpr double kColumns = 32.0;  // more than a row has, and a power of two: both numbers stay exact
+    block.rowStart[i / 4][i % 4] = start;
+    block.rows[i] =
+        vec4(bound(row.left), bound(1.0 / row.columnWidth), start, static_cast<float>(row.first + (row.columns - 1) / kColumns));
     cells = row.first + row.columns;
   }
   for (int c = 0; c < cells; ++c)
     if (rows.cells[c] >= 0) block.rowCells[c / 4] ^= (255u ^ static_cast<unsigned>(rows.cells[c])) << (8 * (c % 4));
   vec4& rule = block.rowRule;
-  rule = vec4(static_cast<float>(rows.count - 1), 0.0f, 0.0f, -1.0f);
-  if (!(rows.growth > 0.0)) return;
-  constexpr double kPerOctave = 0.6931471805599453;
-  const bool isLinear = rows.slope == 0.0;
-  const double scale = isLinear ? 1.0 / rows.growth : rows.slope;
-  rule.y = bound(scale);
-  rule.z = bound((isLinear ? 0.0 : 1.0) - scale * rows.from);
-  const float perLog = isLinear ? 0.0f : bound(kPerOctave / rows.growth);
+  rule.x = static_cast<float>(rows.count - 1);
+  if (!(rows.growth > 0.0 && rows.slope > 0.0)) return;
+  constexpr double kLogOfTwo = 0.6931471805599453;
+  rule.y = bound(rows.slope);
+  rule.z = bound(1.0 - rows.slope * rows.from);
+  const float perOctave = bound(kLogOfTwo / rows.growth);
   for (int i = 1; i < rows.count; ++i) {
-    constexpr float kClose = 0.02f;  // rows: what the shader's slack of 0.05 allows for
-    const float a = rule.y * block.rowStart[i / 4][i % 4] + rule.z, row = isLinear ? a : std::log2(std::max(a, 1.0f)) * perLog;
+    constexpr float kClose = 0.02f;  // rows: the shader's slack of 0.05 allows for it
+    const float row = std::log2(std::max(rule.y * block.rows[i].z + rule.z, 1.0f)) * perOctave;
     if (!(std::abs(row - static_cast<float>(i)) <= kClose)) return;
   }
-  rule.w = perLog;
+  rule.w = perOctave;
 }
 
 }  // namespace
@@ -148,7 +149,7 @@ void clearBlock(GnomonBlock& block) noexcept {
   block.rowAlong = block.rowAcross = vec4(0.0f);
   block.rowRule = vec4(0.0f, 0.0f, 0.0f, -1.0f);
   block.rowCells = uvec4(~0u);
-  for (vec4& row : block.rows) row = vec4(0.0f);
+  for (vec4& row : block.rows) row = vec4(0.0f, 0.0f, kNever, 0.0f);
 }
 
 glm::dmat4 atlasMatrix(const Frame& frame, const glm::dmat4& clipFromWorld, const glm::ivec4& viewport, const glm::ivec2& atlas) noexcept {

@@ -133,7 +133,7 @@ void writeWedges(const Region& region, const LightSpace& light, const RowSetting
     start = end;
   }
   if (settings.rule == RowRule::error) return;
-  rows.growth = rows.slope > 0.0 ? std::log1p(rows.slope * layout.sizes[0].height) : layout.sizes[0].height;
+  rows.growth = std::log1p(rows.slope * layout.sizes[0].height);
 }
 
 }  // namespace

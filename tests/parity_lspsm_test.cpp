@@ -28,22 +28,24 @@ TEST_P(Parity, CellIsWhoServes) {
   Gpu gpu(GetParam());
   Random random(521);
   int byRule = 0, withColumns = 0;
-  for (int k = 0; k < 12; ++k) {
+  for (int k = 0; k < 9; ++k) {
     Frame frame = usualFrame();
     frame.camera.positionWs = {0.0, 0.0, 0.0};
     frame.camera.far = random.logUniform(10.0, 1000.0);
     if (k != 0) frame.light.directionWs = random.direction();
     frame.budget.partitions = k % 2 ? 7 : 16;
     if (k == 3) frame.camera = orthographic({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 10.0, 1.5, -1.0, 50.0);
-    const LspsmSettings settings{
-        .rows = {.rule = k % 3 == 2 ? RowRule::error : RowRule::fitted, .zeta = 0.1 + 0.1 * (k % 4), .maxColumns = 3}};
+    const LspsmSettings settings{.rows = {.rule = k % 3 == 2 ? RowRule::error : RowRule::fitted,
+                                          .zeta = 0.1 + 0.1 * (k % 4),
+                                          .maxRows = k % 2 ? 16 : 5,
+                                          .maxColumns = 3}};
     Solution solution;
     ASSERT_EQ(solveLspsm(frame, settings, solution), Status::ok);
     if (solution.partitions[0].planeCount == 0 && solution.partitionCount > 1) continue;  // slices need fewer texels
     byRule += solution.block.rowRule.w >= 0.0f;
-    withColumns += solution.block.rows[0].z > 0.0f;
+    withColumns += solution.block.rows[0].w > 0.0f;
     std::vector<glm::vec4> points;
-    for (int i = 0; i < 3000; ++i)
+    for (int i = 0; i < 2000; ++i)
       points.emplace_back(glm::vec3(viewPoint(frame.camera, random.uniform(), random.uniform(),
                                               random.logUniform(std::max(frame.camera.near, 0.1), frame.camera.far))),
                           0.0f);
@@ -58,9 +60,9 @@ TEST_P(Parity, CellIsWhoServes) {
       ASSERT_EQ(results[i].x, static_cast<float>(expected)) << k << " " << i;
       ASSERT_EQ(results[i].z, static_cast<float>(expected)) << k << " " << i;
     }
-    EXPECT_GT(compared, 2500);
+    EXPECT_GT(compared, 1800);
   }
-  EXPECT_GT(byRule, 4);
+  EXPECT_GT(byRule, 2);
   EXPECT_GT(withColumns, 1);
 }
 

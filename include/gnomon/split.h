@@ -44,7 +44,7 @@ struct Rows {
   };
   int count = 0;  // 0: the wedges are not in rows
   Plane along, across;  // a point's coordinates, view space
-  // Row i starts where log(1 + slope (along - from)) is i growth, or along - from is i growth if slope is 0; growth 0: anywhere.
+  // Row i starts where log(1 + slope (along - from)) is i growth; no rule where slope or growth is 0.
   double from, slope, growth;
   Row rows[kMaxPartitions];
   int cells[kMaxPartitions];  // each wedge's place in the solution, -1: it holds nothing

@@ -19,11 +19,12 @@
 namespace gnomon::cli {
 namespace {
 
-// The letter's: 60 degrees, maps of 1024 x 1024 texels for 1440 x 1080 pixels, at most 4 rows of 2, eight parallel splits.
-constexpr double kFovY = std::numbers::pi / 3.0, kWidth = 1440.0, kHeight = 1080.0;
+// The letter's: 60 degrees across (its angles theta are those of 60 degrees across, not up), maps of 1024 x 1024 texels for 1440 x 1080 pixels, at most 4 rows of 2, eight parallel splits.
+constexpr double kFovX = std::numbers::pi / 3.0, kWidth = 1440.0, kHeight = 1080.0;
 constexpr int kResolution = 1024, kMost = 8;
 constexpr RowSettings kLetter{.rule = RowRule::fitted, .zeta = 0.25, .sigma = 0.5, .maxRows = 4, .maxColumns = 2};
 constexpr std::array<double, 9> kZetas{0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45};
+constexpr double kDeepest = 1000.0;  // far over near at most
 constexpr int kSteps = 96, kPictureEvery = 24, kBins = 18;  // of 5 degrees
 
 struct Scene {
@@ -44,8 +45,14 @@ Frame frameAt(const Scene& scene, const Box& bounds, int step) {
   Frame frame;
   frame.camera = perspective(start.positionWs + flat * (stride * std::sin(2.0 * kTurn * t)) * (t < 0.5 ? 1.0 : 0.0) +
                                  side * (0.2 * stride * std::sin(kTurn * t)) * (t < 0.5 ? 0.0 : 1.0),
-                             ahead * std::sqrt(1.0 - forward.y * forward.y) + up * forward.y, up, kFovY, kWidth / kHeight,
-                             std::min(start.near, start.far / 1000.0), start.far);
+                             ahead * std::sqrt(1.0 - forward.y * forward.y) + up * forward.y, up,
+                             2.0 * std::atan(std::tan(kFovX / 2.0) * kHeight / kWidth), kWidth / kHeight, start.far / kDeepest, start.far);
+  // The letter refines the view volume to what is in it; the ends move less than what they leave out.
+  const offscreen::DepthRange range = offscreen::depthInView(scene.mesh, frame.camera);
+  if (range.nearest < range.farthest) {
+    frame.camera.near = std::max(0.8 * range.nearest, start.far / kDeepest);
+    frame.camera.far = std::min(1.05 * range.farthest, start.far);
+  }
   const double height = 0.75 + 0.5 * std::sin(2.0 * kTurn * t), azimuth = kTurn * t + 0.6;  // radians above the horizon: 14 to 72 degrees
   frame.light.directionWs = {std::cos(azimuth) * std::cos(height), -std::sin(height), std::sin(azimuth) * std::cos(height)};
   frame.image = {kWidth, kHeight};

@@ -8,6 +8,7 @@
 #include "gnomon_block.glsl"
 #include "gnomon_pssm.glsl"
 #include "gnomon_lloyd.glsl"
+#include "gnomon_lspsm.glsl"
 #include "gnomon_lookup.glsl"
 #include "gnomon_blend.glsl"
 

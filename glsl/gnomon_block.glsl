@@ -21,7 +21,7 @@
 #ifndef GNOMON_MAX_PARTITIONS
 #define GNOMON_MAX_PARTITIONS 16
 #endif
-#define GNOMON_LAYOUT_VERSION 2
+#define GNOMON_LAYOUT_VERSION 3
 
 #ifndef __cplusplus
 precision highp float;  // no effect but in ES
@@ -56,6 +56,12 @@ struct GnomonBlock {
   vec4 bias;             // x: slope, y: constant (C++ struct Bias); zw: 0
   vec4 windowStart[4];   // window depth times depthRule.x at which partition 4 i + j begins; 3e38 where there is none
   vec4 viewStart[4];     // the same in view depth
+  vec4 rowAlong;         // rows of the light plane: a world point p lies along at dot(xyz, p) + w
+  vec4 rowAcross;        // and across at dot(xyz, p) + w
+  vec4 rowRule;          // x: count of rows less 1; y, z, w: row i starts where log2(y along + z) w is i; w < 0: the rows follow no rule
+  uvec4 rowCells;        // byte j of component i: the partition of cell 4 i + j, 255 none; cells row by row
+  vec4 rowStart[4];      // along, where row 4 i + j starts; 3e38 where there is none
+  vec4 rows[16];         // x: across, where row i's first column would begin; y: columns per unit; z: rowStart; w: first cell + last column / 32
   GnomonPartition partitions[GNOMON_MAX_PARTITIONS];
 };
 

@@ -16,7 +16,7 @@ void main() {
   float viewDepth = gnomonViewDepth(gnomon, world);
   int index = gnomonSelect(gnomon, gl_FragCoord.z, world);
   index = max(index, gnomonSelectView(gnomon, viewDepth) + gnomonSelectWindow(gnomon, gl_FragCoord.z));
-  index = gnomonBlendDither(index, gnomonBlendWeight(gnomon, index, viewDepth), gl_FragCoord.xy) + gnomonSelectMask(gnomon, world);
+  index = gnomonBlendDither(index, gnomonBlendWeight(gnomon, index, viewDepth), gl_FragCoord.xy) + gnomonSelectMask(gnomon, world) + gnomonSelectCell(gnomon, world) + gnomonSearchCell(gnomon, world);
   vec4 masked = gnomonMaskCoordinate(gnomonMask4(gnomon, 4, world), gnomonVertexPosition(gnomon, 0, world), world.xyzx, world.yyzx, world.zyzx);
   masked += gnomonPick4(gnomon, gl_FragCoord.z, masked, world.xyzx, world.yyzx, world.zyzx);
   float lit = masked.x + gnomonShadow(gnomon, 0, index, world, normal) + gnomonShadow3x3(gnomon, 0, index, world, normal) +

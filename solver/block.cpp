@@ -35,8 +35,14 @@ static_assert(offsetof(GnomonBlock, depthRule) == 96);
 static_assert(offsetof(GnomonBlock, bias) == 112);
 static_assert(offsetof(GnomonBlock, windowStart) == 128);
 static_assert(offsetof(GnomonBlock, viewStart) == 192);
-static_assert(offsetof(GnomonBlock, partitions) == 256);
-static_assert(sizeof(GnomonBlock) == 256 + GNOMON_MAX_PARTITIONS * 256);
+static_assert(offsetof(GnomonBlock, rowAlong) == 256);
+static_assert(offsetof(GnomonBlock, rowAcross) == 272);
+static_assert(offsetof(GnomonBlock, rowRule) == 288);
+static_assert(offsetof(GnomonBlock, rowCells) == 304);
+static_assert(offsetof(GnomonBlock, rowStart) == 320);
+static_assert(offsetof(GnomonBlock, rows) == 384);
+static_assert(offsetof(GnomonBlock, partitions) == 640);
+static_assert(sizeof(GnomonBlock) == 640 + GNOMON_MAX_PARTITIONS * 256);
 
 namespace {
 
@@ -76,19 +82,55 @@ void writeInterval(const Splits& slices, int i, int count, const Camera& camera,
   out.range = vec4(static_cast<float>(viewNear), hasAfter ? end : std::nextafter(end, kNever), 0.0f, 0.0f);  // the last is closed
 }
 
+// A plane of view space for points relative to the origin.
+vec4 planeFromOrigin(const Region& region, const Plane& vs, const glm::dvec3& originWs) noexcept {
+  const glm::dvec3 normalWs = region.worldFromView * vs.normal;
+  return vec4(glm::dvec4(normalWs, vs.offset - glm::dot(normalWs, region.eyeWs - originWs)));
+}
+
+float bound(double x) noexcept { return static_cast<float>(std::clamp(x, -static_cast<double>(kNever), static_cast<double>(kNever))); }
+
 // What a wedge serves; selection by depth never finds it.
 void writeWedge(const Region& region, const Wedge& wedge, const glm::dvec3& originWs, GnomonPartition& out) noexcept {
-  const auto plane = [&](const Plane& vs) {
-    const glm::dvec3 normalWs = region.worldFromView * vs.normal;
-    return vec4(glm::dvec4(normalWs, vs.offset - glm::dot(normalWs, region.eyeWs - originWs)));
+  const auto side = [&](const Plane& vs) {
+    return vs.normal == glm::dvec3(0.0) ? vec4(0.0f, 0.0f, 0.0f, 1.0f) : planeFromOrigin(region, vs, originWs);
   };
-  const auto side = [&](const Plane& vs) { return vs.normal == glm::dvec3(0.0) ? vec4(0.0f, 0.0f, 0.0f, 1.0f) : plane(vs); };
-  const auto bound = [](double x) { return static_cast<float>(std::clamp(x, -static_cast<double>(kNever), static_cast<double>(kNever))); };
-  out.axis = plane(wedge.axis);
+  out.axis = planeFromOrigin(region, wedge.axis, originWs);
   out.left = side(wedge.left);
   out.right = side(wedge.right);
   out.range = vec4(bound(wedge.start), bound(wedge.end), 0.0f, 0.0f);
   out.interval = vec4(kNever);
+}
+
+// Which cell a point lies in. The rule stands only where float32 finds each start close to its row: shaders then correct by one comparison.
+void writeRows(const Region& region, const Rows& rows, const glm::dvec3& originWs, GnomonBlock& block) noexcept {
+  block.rowAlong = planeFromOrigin(region, rows.along, originWs);
+  block.rowAcross = planeFromOrigin(region, rows.across, originWs);
+  int cells = 0;
+  for (int i = 0; i < rows.count; ++i) {
+    const Rows::Row& row = rows.rows[i];
+    const float start = i > 0 ? bound(row.start) : -kNever;
+    constexpr double kColumns = 32.0;  // more than a row has, and a power of two: both numbers stay exact
+    block.rowStart[i / 4][i % 4] = start;
+    block.rows[i] =
+        vec4(bound(row.left), bound(1.0 / row.columnWidth), start, static_cast<float>(row.first + (row.columns - 1) / kColumns));
+    cells = row.first + row.columns;
+  }
+  for (int c = 0; c < cells; ++c)
+    if (rows.cells[c] >= 0) block.rowCells[c / 4] ^= (255u ^ static_cast<unsigned>(rows.cells[c])) << (8 * (c % 4));
+  vec4& rule = block.rowRule;
+  rule.x = static_cast<float>(rows.count - 1);
+  if (!(rows.growth > 0.0 && rows.slope > 0.0)) return;
+  constexpr double kLogOfTwo = 0.6931471805599453;
+  rule.y = bound(rows.slope);
+  rule.z = bound(1.0 - rows.slope * rows.from);
+  const float perOctave = bound(kLogOfTwo / rows.growth);
+  for (int i = 1; i < rows.count; ++i) {
+    constexpr float kClose = 0.02f;  // rows: the shader's slack of 0.05 allows for it
+    const float row = std::log2(std::max(rule.y * block.rows[i].z + rule.z, 1.0f)) * perOctave;
+    if (!(std::abs(row - static_cast<float>(i)) <= kClose)) return;
+  }
+  rule.w = perOctave;
 }
 
 }  // namespace
@@ -99,7 +141,11 @@ void clearBlock(GnomonBlock& block) noexcept {
   block.origin = block.originRest = block.viewPlane = block.bias = vec4(0.0f);
   block.lightDirection = vec4(0.0f, -1.0f, 0.0f, 0.0f);
   block.depthRule = vec4(1.0f, 0.0f, 0.0f, 0.0f);
-  for (int i = 0; i < 4; ++i) block.windowStart[i] = block.viewStart[i] = vec4(kNever);
+  for (int i = 0; i < 4; ++i) block.windowStart[i] = block.viewStart[i] = block.rowStart[i] = vec4(kNever);
+  block.rowAlong = block.rowAcross = vec4(0.0f);
+  block.rowRule = vec4(0.0f, 0.0f, 0.0f, -1.0f);
+  block.rowCells = uvec4(~0u);
+  for (vec4& row : block.rows) row = vec4(0.0f, 0.0f, kNever, 0.0f);
 }
 
 glm::dmat4 atlasMatrix(const Frame& frame, const glm::dmat4& clipFromWorld, const glm::ivec4& viewport, const glm::ivec2& atlas) noexcept {
@@ -138,6 +184,7 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
   block.depthRule = vec4(glm::dvec4(sign, fadeFrom, region.far, region.far > fadeFrom ? 1.0 / (region.far - fadeFrom) : 0.0));
   block.bias = vec4(glm::dvec4(frame.bias.slope, frame.bias.constant, 0.0, 0.0));
 
+  if (slices.rows.count > 0) writeRows(region, slices.rows, solution.originWs, block);
   const auto isVectorFinite = [](const vec4& v) { return (v.x + v.y + v.z + v.w) * 0.0f == 0.0f; };
   bool isFine = isVectorFinite(block.origin) && isVectorFinite(block.viewPlane) && isVectorFinite(block.depthRule);
   for (int i = 0; i < count; ++i) {

@@ -105,13 +105,14 @@ int simplifyHull(glm::dvec2* points, int count) noexcept {
 // A cell's vertex seen from the light: homogeneous, so that points between two of them may be interpolated before the division.
 struct Seen {
   double x, y, depth, w, z;  // z: view depth
+  double along;  // where slabs are cut: view depth for slices, a wedge's axis for its rows
 };
 
-// An edge that is not parallel to the image, from its nearer vertex to its farther one.
+// An edge that is not parallel to the slabs, from where `along` is less to where it is more.
 struct Rising {
   std::uint8_t from, to;
-  Seen start, slope;  // the nearer vertex; per unit of view depth
-  double end;  // view depth of the farther vertex
+  Seen start, slope;  // where it rises from; per unit of `along`
+  double end;  // `along` of the other vertex
 };
 
 // A cell seen from the light.
@@ -125,7 +126,7 @@ struct SeenCell {
 };
 static_assert(kMaxCellVertices <= 64);
 
-void look(const Cell& cell, const glm::dmat4& lsFromView, SeenCell& seen) noexcept {
+void look(const Cell& cell, const glm::dmat4& lsFromView, const Plane& axis, SeenCell& seen) noexcept {
   seen.vertexCount = cell.vertexCount;
   seen.risingCount = 0;
   seen.risingVertices = 0;
@@ -133,16 +134,20 @@ void look(const Cell& cell, const glm::dmat4& lsFromView, SeenCell& seen) noexce
   for (int v = 0; v < cell.vertexCount; ++v) {
     const glm::dvec3& vs = cell.vertices[v];
     const auto row = [&](int r) { return lsFromView[0][r] * vs.x + lsFromView[1][r] * vs.y + lsFromView[2][r] * vs.z + lsFromView[3][r]; };
-    seen.vertices[v] = {row(0), row(1), row(2), seen.isAffine ? 1.0 : row(3), vs.z};
+    seen.vertices[v] = {row(0), row(1), row(2), seen.isAffine ? 1.0 : row(3), vs.z, glm::dot(axis.normal, vs) + axis.offset};
   }
   for (int i = 0; i < cell.edgeCount; ++i) {
     std::uint8_t from = cell.edges[i].from, to = cell.edges[i].to;
-    if (seen.vertices[from].z == seen.vertices[to].z) continue;
-    if (seen.vertices[from].z > seen.vertices[to].z) std::swap(from, to);
+    if (seen.vertices[from].along == seen.vertices[to].along) continue;
+    if (seen.vertices[from].along > seen.vertices[to].along) std::swap(from, to);
     const Seen &p = seen.vertices[from], &q = seen.vertices[to];
-    const double perDepth = 1.0 / (q.z - p.z);
+    const double perUnit = 1.0 / (q.along - p.along);
     seen.rising[seen.risingCount++] = {
-        from, to, p, {(q.x - p.x) * perDepth, (q.y - p.y) * perDepth, (q.depth - p.depth) * perDepth, (q.w - p.w) * perDepth, 1.0}, q.z};
+        from,
+        to,
+        p,
+        {(q.x - p.x) * perUnit, (q.y - p.y) * perUnit, (q.depth - p.depth) * perUnit, (q.w - p.w) * perUnit, (q.z - p.z) * perUnit, 1.0},
+        q.along};
     seen.risingVertices |= std::uint64_t{1} << from | std::uint64_t{1} << to;
   }
   seen.isFlat = std::popcount(seen.risingVertices) != seen.vertexCount;
@@ -243,8 +248,8 @@ struct ServedPoints {
   }
 };
 
-// Gives the part of a cell between two view depths to the points: where its edges enter and leave the slab. All slices of a view
-// volume give their points in the same order.
+// Gives the part of a cell inside a slab to the points: where its edges enter and leave it. All slices of a view volume give their
+// points in the same order.
 template <class Sink>
 void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept {
   const auto add = [&](double x, double y, double depth, double w, double z) {
@@ -262,16 +267,17 @@ void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept
   };
   if (seen.isFlat)
     for (int i = 0; i < seen.vertexCount; ++i)
-      if (!(seen.risingVertices >> i & 1) && seen.vertices[i].z >= slab.near && seen.vertices[i].z <= slab.far) addVertex(i);
-  const auto addBetween = [&](const Rising& edge, double z) {
+      if (const double along = seen.vertices[i].along; !(seen.risingVertices >> i & 1) && along >= slab.near && along <= slab.far)
+        addVertex(i);
+  const auto addBetween = [&](const Rising& edge, double along) {
     const Seen &from = edge.start, &slope = edge.slope;
-    const double t = z - from.z;
-    add(from.x + slope.x * t, from.y + slope.y * t, from.depth + slope.depth * t, from.w + slope.w * t, z);
+    const double t = along - from.along;
+    add(from.x + slope.x * t, from.y + slope.y * t, from.depth + slope.depth * t, from.w + slope.w * t, from.z + slope.z * t);
   };
   for (int i = 0; i < seen.risingCount; ++i) {
     const Rising& edge = seen.rising[i];
-    if (edge.start.z > slab.far || edge.end < slab.near) continue;
-    edge.start.z < slab.near ? addBetween(edge, slab.near) : addVertex(edge.from);
+    if (edge.start.along > slab.far || edge.end < slab.near) continue;
+    edge.start.along < slab.near ? addBetween(edge, slab.near) : addVertex(edge.from);
     edge.end > slab.far ? addBetween(edge, slab.far) : addVertex(edge.to);
   }
 }
@@ -285,18 +291,17 @@ double farthestReach(const Region& region, const DepthSpan& slab) noexcept {
   return std::min(std::sqrt(x * x + y * y + z * z), region.reach);
 }
 
-// Cuts a cell to a wedge of the light plane. False where nothing is left.
-bool cutToWedge(Cell& cell, const Wedge& wedge) noexcept {
-  const auto cut = [&](const glm::dvec3& normal, double offset) {
-    return cutCell(cell, {normal, offset}, std::abs(offset)) != Cut::outside;
-  };
+// Cuts a cell to a wedge's sides. False where nothing is left.
+bool cutToSides(Cell& cell, const Wedge& wedge) noexcept {
   for (const Plane& side : {wedge.left, wedge.right})
-    if (side.normal != glm::dvec3(0.0) && !cut(side.normal, side.offset)) return false;
-  if (wedge.start > -kInfinity && !cut(wedge.axis.normal, wedge.axis.offset - wedge.start)) return false;
-  return !(wedge.end < kInfinity) || cut(-wedge.axis.normal, wedge.end - wedge.axis.offset);
+    if (side.normal != glm::dvec3(0.0) && cutCell(cell, side, std::abs(side.offset)) == Cut::outside) return false;
+  return true;
 }
 
-// Calls visit(slice, cell seen from the light) for every slice and every part of the region that it may meet.
+bool isSame(const Plane& a, const Plane& b) noexcept { return a.normal == b.normal && a.offset == b.offset; }
+
+// Calls visit(slice, cell seen from the light) for every slice and every part of the region that it may meet. Wedges that are rows
+// between the same sides are slabs of one cell.
 template <class Visit>
 void forEachCell(const Region& region, const LightSpace& light, const Splits& splits, Visit&& visit) noexcept {
   Cell storage;
@@ -304,15 +309,19 @@ void forEachCell(const Region& region, const LightSpace& light, const Splits& sp
   for (int i = 0; i < cellCount(region); ++i) {
     const Cell* cell = getCell(region, i, storage);
     if (!cell) continue;
-    if (!splits.isWedged) look(*cell, light.lsFromView, seen);
+    if (!splits.isWedged) look(*cell, light.lsFromView, {glm::dvec3(0.0, 0.0, 1.0), 0.0}, seen);
+    bool isEmpty = false;
     for (int s = 0; s < splits.count; ++s) {
-      if (splits.isWedged) {
+      const Wedge &wedge = splits.wedges[s], &before = splits.wedges[s > 0 ? s - 1 : 0];
+      if (splits.isWedged &&
+          (s == 0 || !isSame(wedge.axis, before.axis) || !isSame(wedge.left, before.left) || !isSame(wedge.right, before.right))) {
+        const bool hasSides = wedge.left.normal != glm::dvec3(0.0) || wedge.right.normal != glm::dvec3(0.0);
         Cell part;
-        copyCell(*cell, part);
-        if (!cutToWedge(part, splits.wedges[s])) continue;
-        look(part, light.lsFromView, seen);
+        if (hasSides) copyCell(*cell, part);
+        isEmpty = hasSides && !cutToSides(part, wedge);
+        if (!isEmpty) look(hasSides ? part : *cell, light.lsFromView, wedge.axis, seen);
       }
-      visit(s, seen);
+      if (!isEmpty) visit(s, seen);
     }
   }
 }
@@ -342,10 +351,13 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     footprint.reach = farthestReach(region, footprint.padded);
     if (served) served[s].count = 0;
   }
+  const auto slabOf = [&](int s, const DepthSpan& slice) {
+    return splits.isWedged ? DepthSpan{splits.wedges[s].start, splits.wedges[s].end} : slice;
+  };
   const auto addServed = [&](int s, const SeenCell& seen) {
     if (!served) return;
     ServedPoints points{region.pixelSlope, region.pixelBase, &served[s]};
-    addSlab(points, seen, splits.slices[s]);
+    addSlab(points, seen, slabOf(s, splits.slices[s]));
   };
   Ring ring;
   if (cellCount(region) == 1) {
@@ -355,7 +367,8 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     double tolerance = 0.0;
     forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
       now->clear();
-      addSlab(*now, seen, footprints[s].padded);
+      addSlab(*now, seen, slabOf(s, footprints[s].padded));
+      if (now->count == 0) return;
       addServed(s, seen);
       if (like >= 0 && now->finishCopy(*model, footprints[like], tolerance, like, footprints[s])) return;
       now->finish(ring, footprints[s]);
@@ -368,10 +381,11 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
   }
   Points points[kMaxPartitions];
   forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
-    addSlab(points[s], seen, footprints[s].padded);
+    addSlab(points[s], seen, slabOf(s, footprints[s].padded));
     addServed(s, seen);
   });
-  for (int s = 0; s < splits.count; ++s) points[s].finish(ring, footprints[s]);
+  for (int s = 0; s < splits.count; ++s)
+    if (points[s].count > 0) points[s].finish(ring, footprints[s]);
 }
 
 }  // namespace gnomon

@@ -1,6 +1,7 @@
 #include "gnomon/lloyd.h"
 
 #include "gnomon/frame.h"
+#include "gnomon/rows.h"
 #include "numeric.h"
 
 namespace gnomon {
@@ -8,10 +9,21 @@ namespace {
 
 bool hasFaces(LloydScheme scheme) noexcept { return scheme == LloydScheme::fpw || scheme == LloydScheme::fpzpw; }
 
-// The partitions of one scheme, at most `count`, for maps that are made so.
-Status splitByScheme(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings,
-                     const MapSettings& making, LloydScheme scheme, int count, Splits& splits, double& refused,
-                     std::uint32_t& warnings) noexcept {
+// What `best` chooses among: the schemes, and rows of the light plane in one column.
+struct Choice {
+  LloydScheme scheme;
+  int count;
+  bool isRows = false;
+};
+
+// The partitions of one choice, at most its count, for maps that are made so.
+Status splitByChoice(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings,
+                     const MapSettings& making, const Choice& choice, Splits& splits, double& refused, std::uint32_t& warnings) noexcept {
+  const auto [scheme, count, isRows] = choice;
+  if (isRows) {
+    RowLayout layout;
+    return splitRows(region, light, {.rule = RowRule::error, .maxColumns = 1}, count, splits, layout);
+  }
   if (hasFaces(scheme)) {
     splitFaces(region, light, settings.nearFace, count, scheme == LloydScheme::fpzpw, splits);
     if (splits.count > 0 || region.spanCount == 0) return Status::ok;
@@ -24,11 +36,6 @@ Status splitByScheme(const Frame& frame, const Region& region, const LightSpace&
   return Status::ok;
 }
 
-struct Choice {
-  LloydScheme scheme;
-  int count;
-};
-
 // The scheme and count that need the fewest texels.
 Choice findBest(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings, const MapSettings& making,
                 int most) noexcept {
@@ -36,23 +43,24 @@ Choice findBest(const Frame& frame, const Region& region, const LightSpace& ligh
   double least = kInfinity;
   MapFits maps;
   Splits splits;
-  const auto consider = [&](LloydScheme scheme, int count) {
+  const auto consider = [&](const Choice& choice) {
     double refused = 0.0;
     std::uint32_t warnings = 0;
     splits = {};
-    if (splitByScheme(frame, region, light, settings, making, scheme, count, splits, refused, warnings) != Status::ok || warnings != 0 ||
+    if (splitByChoice(frame, region, light, settings, making, choice, splits, refused, warnings) != Status::ok || warnings != 0 ||
         splits.count == 0)
       return false;
     fitMaps(frame, region, light, splits, making, needsViewDepth(region, splits), maps);
     if (!(maps.neededTexels < least)) return false;
     least = maps.neededTexels;
-    best = {scheme, count};
+    best = choice;
     return true;
   };
   // More z-partitions need fewer texels until overlap outweighs: stop where one fewer is no better.
-  for (int count = most; count >= 1 && consider(LloydScheme::zpw, count); --count) {
+  for (int count = most; count >= 1 && consider({LloydScheme::zpw, count}); --count) {
   }
-  (void)consider(LloydScheme::fpzpw, most);
+  (void)consider({LloydScheme::fpzpw, most});
+  if (settings.rows) (void)consider({LloydScheme::best, most, true});
   return best;
 }
 
@@ -76,7 +84,7 @@ Status solveLloyd(const Frame& frame, const LloydSettings& settings, Solution& s
   LightSpace light;
   if (beginSolve(frame, settings.split, FitMode::tight, region, light, solution) != Status::ok) return solution.status;
   double& value = solution.refusedValue;
-  if (value = settings.warp.eta; !(settings.warp.eta >= -1.0 && settings.warp.eta <= 1.0)) return refuse(solution, Status::warpEta);
+  if (const Status status = validate(settings.warp, value); status != Status::ok) return refuse(solution, status);
 
   MapSettings making{.fit = FitMode::tight, .warp = settings.warp, .shares = settings.shares};
   const bool isBest = settings.scheme == LloydScheme::best;
@@ -88,8 +96,7 @@ Status solveLloyd(const Frame& frame, const LloydSettings& settings, Solution& s
     const Choice choice = isBest ? findBest(frame, region, light, settings, making, most) : Choice{settings.scheme, count};
     Splits splits;
     std::uint32_t warnings = 0;
-    if (const Status status = splitByScheme(frame, region, light, settings, making, choice.scheme, choice.count, splits, value, warnings);
-        status != Status::ok)
+    if (const Status status = splitByChoice(frame, region, light, settings, making, choice, splits, value, warnings); status != Status::ok)
       return refuse(solution, status);
     if (const Status status = makeMaps(frame, region, light, splits, making, solution); status != Status::ok)
       return refuse(solution, status);

@@ -121,7 +121,9 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   CullShape cullShape;
   makeCaps(region, light, cullShape);
   Splits made;
+  made.rows = splits.rows;
   for (int i = 0; i < splits.count; ++i) {
+    made.rows.cells[i] = maps.footprints[i].count == 0 ? -1 : made.count;
     if (maps.footprints[i].count == 0) continue;
     const int m = made.count++;
     Partition& map = solution.partitions[m];

@@ -61,6 +61,14 @@ Text text(Status status) noexcept {
               "stable cannot hold with world-space matrices this far from the origin (float32 rounds off the snapping): use "
               "camera-relative ones"};
     case Status::warpEta: return {"method.eta", "must be a number in [-1, 1]"};
+    case Status::rowsZeta: return {"method.zeta", "must be a number in (0, 0.5)"};
+    case Status::rowsSigma: return {"method.sigma", "must be a finite number > 0"};
+    case Status::rowsMaxRows: return {"method.max_rows", "must be a whole number in [1, 16]"};
+    case Status::rowsMaxColumns: return {"method.max_columns", "must be a whole number in [1, 16]"};
+    case Status::rowsReach:
+      return {
+          "method.rows",
+          "paper: method.max_rows rows of eq. 1, or the maps that the budget allows, end before what must be shadowed does: take fitted"};
     case Status::biasSlope: return {"bias.slope", "must be a finite number >= 0"};
     case Status::biasConstant: return {"bias.constant", "must be a finite number of texels >= 0"};
     case Status::worldSpacePrecision:
@@ -86,6 +94,7 @@ const char* warningText(Warning warning) noexcept {
     case Warning::atlasReduced: return "the maps were scaled down alike to fit the atlas";
     case Warning::regionSimplified:
       return "more half-spaces cut the view than can be held: some were ignored, maps cover more than they need";
+    case Warning::rowsWaste: return "method.zeta needs more rows than are allowed: more of each row is wasted";
     case Warning::facesMissing:
       return "face partitions need more maps than the budget allows, or the view has no faces to use: z-partitions were made instead";
   }

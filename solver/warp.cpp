@@ -331,6 +331,11 @@ void shapeFit(const WarpShape& shape, const Footprint& footprint, const Served& 
 
 }  // namespace
 
+Status validate(const WarpSettings& settings, double& value) noexcept {
+  value = settings.eta;
+  return settings.eta >= -1.0 && settings.eta <= 1.0 ? Status::ok : Status::warpEta;
+}
+
 double neededTexels(const Served& served, const WarpShape& shape) noexcept { return Trial(served).texels(shape); }
 
 double warpDistance(double eta, double alpha) noexcept {

@@ -23,7 +23,8 @@ out vec4 colour;
 void main() {
   GnomonPartition p = gnomon.partitions[which];
   colour = p.clipFromWorld[0] + p.atlasFromWorld[1] + p.viewport + p.uvBounds + p.interval + p.layer + p.axis + p.left + p.right + p.range + vec4(gnomon.info) + gnomon.atlas + gnomon.origin +
-           gnomon.originRest + gnomon.lightDirection + gnomon.viewPlane + gnomon.depthRule + gnomon.bias + gnomon.windowStart[which] + gnomon.viewStart[which];
+           gnomon.originRest + gnomon.lightDirection + gnomon.viewPlane + gnomon.depthRule + gnomon.bias + gnomon.windowStart[which] + gnomon.viewStart[which] +
+           gnomon.rowAlong + gnomon.rowAcross + gnomon.rowRule + vec4(gnomon.rowCells) + gnomon.rowStart[which] + gnomon.rows[which];
 }
 )";
 
@@ -38,9 +39,15 @@ std::map<std::string, std::size_t> expected() {
   GNOMON_TEST_MEMBER(viewPlane)
   GNOMON_TEST_MEMBER(depthRule)
   GNOMON_TEST_MEMBER(bias)
+  GNOMON_TEST_MEMBER(rowAlong)
+  GNOMON_TEST_MEMBER(rowAcross)
+  GNOMON_TEST_MEMBER(rowRule)
+  GNOMON_TEST_MEMBER(rowCells)
 #undef GNOMON_TEST_MEMBER
   out["gnomon.windowStart[0]"] = offsetof(GnomonBlock, windowStart);
   out["gnomon.viewStart[0]"] = offsetof(GnomonBlock, viewStart);
+  out["gnomon.rowStart[0]"] = offsetof(GnomonBlock, rowStart);
+  out["gnomon.rows[0]"] = offsetof(GnomonBlock, rows);
   for (std::size_t i = 0; i < GNOMON_MAX_PARTITIONS; ++i) {
     const std::string p = "gnomon.partitions[" + std::to_string(i) + "].";
     const std::size_t start = offsetof(GnomonBlock, partitions) + i * sizeof(GnomonPartition);
@@ -104,12 +111,14 @@ TEST(Block, TheDriverAgreesWithCpp) {
         gl::GetActiveUniformsiv(program, 1, &index, what, &value);
         return value;
       };
-      const bool isMatrix = name.find("FromWorld") != std::string::npos, isArray = name.find("Start[0]") != std::string::npos;
-      EXPECT_EQ(ask(GL_UNIFORM_TYPE), isMatrix ? GL_FLOAT_MAT4 : (name == "gnomon.info" ? GL_UNSIGNED_INT_VEC4 : GL_FLOAT_VEC4)) << name;
+      const bool isMatrix = name.find("FromWorld") != std::string::npos, isRow = name == "gnomon.rows[0]";
+      const bool isArray = isRow || name.find("Start[0]") != std::string::npos;
+      const bool isWhole = name == "gnomon.info" || name == "gnomon.rowCells";
+      EXPECT_EQ(ask(GL_UNIFORM_TYPE), isMatrix ? GL_FLOAT_MAT4 : (isWhole ? GL_UNSIGNED_INT_VEC4 : GL_FLOAT_VEC4)) << name;
       EXPECT_EQ(ask(GL_UNIFORM_MATRIX_STRIDE), isMatrix ? static_cast<GLint>(sizeof(glm::mat4::col_type)) : 0) << name;
       EXPECT_EQ(ask(GL_UNIFORM_IS_ROW_MAJOR), 0) << name;
       EXPECT_EQ(ask(GL_UNIFORM_ARRAY_STRIDE), isArray ? static_cast<GLint>(sizeof(vec4)) : 0) << name;
-      EXPECT_EQ(ask(GL_UNIFORM_SIZE), isArray ? 4 : 1) << name;
+      EXPECT_EQ(ask(GL_UNIFORM_SIZE), isRow ? 16 : isArray ? 4 : 1) << name;
     }
     gl::DeleteProgram(program);
   }
@@ -123,7 +132,7 @@ TEST(Block, FewerPartitionsAreAPrefix) {
         GlslStage::fragment,
         "#version 330 core\n#extension GL_GOOGLE_include_directive : enable\n#define GNOMON_MAX_PARTITIONS " + count + "\n" + kReader);
     ASSERT_TRUE(result.isFine) << result.log;
-    constexpr std::size_t kHead = 10, kPartition = 10;  // members
+    constexpr std::size_t kHead = 16, kPartition = 10;  // members
     std::set<std::string> found;
     for (const auto& [reflected, offset] : result.offsets) {
       auto at = offsets.find(plain(reflected));
@@ -141,12 +150,17 @@ TEST(Block, ClearedItHoldsNothingAndIsFinite) {
   std::fill_n(reinterpret_cast<unsigned char*>(&block), sizeof block, static_cast<unsigned char>(0xff));  // every float not a number
   clearBlock(block);
   const auto* const head = reinterpret_cast<const float*>(&block);
-  for (std::size_t i = sizeof(uvec4) / sizeof(float); i < offsetof(GnomonBlock, partitions) / sizeof(float); ++i)
+  constexpr std::size_t kCells = offsetof(GnomonBlock, rowCells) / sizeof(float), kWhole = sizeof(uvec4) / sizeof(float);
+  for (std::size_t i = kWhole; i < offsetof(GnomonBlock, partitions) / sizeof(float); ++i) {
+    if (i >= kCells && i < kCells + kWhole) continue;
     EXPECT_TRUE(std::isfinite(head[i])) << i;
+  }
   EXPECT_NEAR(glm::length(glm::vec3(block.lightDirection)), 1.0f, 1e-6f);
   for (int i = 0; i < 4; ++i) {
     EXPECT_EQ(block.windowStart[i], vec4(3e38f));  // the value that glsl/gnomon_block.glsl promises
     EXPECT_EQ(block.viewStart[i], vec4(3e38f));
+    EXPECT_EQ(block.rowStart[i], vec4(3e38f));
+    EXPECT_EQ(block.rowCells[i], 0xffffffffu);
   }
   EXPECT_EQ(block.info, uvec4(0u, 0u, static_cast<unsigned>(GNOMON_LAYOUT_VERSION), 0u));
   for (const float depth : {-1.0f, 0.0f, 0.5f, 1.0f, 1e30f}) {

@@ -241,6 +241,11 @@ std::vector<StatusRow> statusRows() {
        "method.fit",
        "stable"},
       {Status::warpEta, {{"/method", {{"name", "lloyd"}, {"eta", 1.5}}}}, {}, "method.eta", "1.5"},
+      {Status::rowsZeta, {{"/method", {{"name", "lspsm"}, {"zeta", 0.5}}}}, {}, "method.zeta", "0.5"},
+      {Status::rowsSigma, {{"/method", {{"name", "lspsm"}, {"sigma", 0}}}}, {}, "method.sigma", "0"},
+      {Status::rowsMaxRows, {{"/method", {{"name", "lspsm"}, {"max_rows", 17}}}}, {}, "method.max_rows", "17"},
+      {Status::rowsMaxColumns, {{"/method", {{"name", "lspsm"}, {"max_columns", 0}}}}, {}, "method.max_columns", "0"},
+      {Status::rowsReach, {{"/method", {{"name", "lspsm"}, {"rows", "paper"}, {"max_rows", 1}}}}, {}, "method.rows", "paper"},
       {Status::biasSlope, {{"/bias/slope", -1}}, {}, "bias.slope", "-1"},
       {Status::biasConstant, {{"/bias/constant", -2}}, {}, "bias.constant", "-2"},
       {Status::worldSpacePrecision, {{"/camera/position", list({1e30, 0, 0})}}, {"--world"}, "camera.position", "[1e+30,0,0]"},
@@ -319,16 +324,16 @@ TEST_F(Cli, RefusesWhatHasTheWrongForm) {
       {{{"/id", 3}}, "id: must be text, got 3"},
       {{{"/samples", {{"near", 1}, {"far", 2}}}}, "samples: must be left out: no method reads samples yet"},
       {{{"/method", "pssm"}}, "method: must be an object, got \"pssm\""},
-      {{{"/method/split", "uniform"}}, "method.name: must be one of pssm, lloyd, got nothing"},
-      {{{"/method/name", "single"}}, "method.name: must be one of pssm, lloyd, got single" + later},
+      {{{"/method/split", "uniform"}}, "method.name: must be one of pssm, lloyd, lspsm, got nothing"},
+      {{{"/method/name", "single"}}, "method.name: must be one of pssm, lloyd, lspsm, got single" + later},
       {{{"/method", {{"name", "lloyd"}, {"scheme", "fp"}}}}, "method.scheme: must be one of w, zp, zp+w, fp+w, fp+zp+w, best, got fp"},
       {{{"/method", {{"name", "lloyd"}, {"fit", "tight"}}}},
-       "method.fit: is not a known key; method takes name, split, lambda, bias, splits, count, scheme, warp, eta, shares, near_face"},
-      {{{"/method/name", "sdsm"}}, "method.name: must be one of pssm, lloyd, got sdsm" + later},
-      {{{"/method/name", "lspsm"}}, "method.name: must be one of pssm, lloyd, got lspsm" + later},
-      {{{"/method/name", "auto"}}, "method.name: must be one of pssm, lloyd, got auto" + later},
-      {{{"/method/name", "csm"}}, "method.name: must be one of pssm, lloyd, got csm"},
-      {{{"/method/name", 1}}, "method.name: must be one of pssm, lloyd, got 1"},
+       "method.fit: is not a known key; method takes name, split, lambda, bias, splits, count, scheme, warp, eta, shares, near_face, rows"},
+      {{{"/method", {{"name", "lloyd"}, {"rows", 1}}}}, "method.rows: must be true or false, got 1"},
+      {{{"/method/name", "sdsm"}}, "method.name: must be one of pssm, lloyd, lspsm, got sdsm" + later},
+      {{{"/method/name", "auto"}}, "method.name: must be one of pssm, lloyd, lspsm, got auto" + later},
+      {{{"/method/name", "csm"}}, "method.name: must be one of pssm, lloyd, lspsm, got csm"},
+      {{{"/method/name", 1}}, "method.name: must be one of pssm, lloyd, lspsm, got 1"},
       {{{"/method", {{"name", "pssm"}, {"split", "log"}}}},
        "method.split: must be one of uniform, logarithmic, practical, explicit, got log"},
       {{{"/method", {{"name", "pssm"}, {"fit", "loose"}}}}, "method.fit: must be one of tight, slice, stable, got loose"},
@@ -480,7 +485,7 @@ TEST_F(Cli, AnswersInTheFormOfTheContract) {
 
   const std::vector<std::uint8_t> bytes = decoded(result["block"]);
   ASSERT_EQ(bytes.size(), sizeof(GnomonBlock));
-  EXPECT_EQ(bytes.size(), 4352u);  // std140 of gnomon_block.glsl, counted by hand: 8 + 8 rows of 16 bytes, 16 partitions of 16
+  EXPECT_EQ(bytes.size(), 4736u);  // std140 of gnomon_block.glsl, counted by hand: 8 + 8 + 24 rows of 16 bytes, 16 partitions of 16
   GnomonBlock block;
   std::memcpy(&block, bytes.data(), sizeof block);
   EXPECT_EQ(block.info.x, 4u);
@@ -624,7 +629,7 @@ TEST_F(Cli, MethodReplacesTheWholeObject) {
   // Also where what is replaced would be refused.
   EXPECT_EQ(untimed(answer(edited({{"/method", "broken"}}), {"--method", "pssm"})), untimed(answer(usual())));
   EXPECT_EQ(refusal(solveText(usual().dump(), {"--method", "sdsm"})),
-            "gnomon: method.name: must be one of pssm, lloyd, got sdsm: not built yet");
+            "gnomon: method.name: must be one of pssm, lloyd, lspsm, got sdsm: not built yet");
 }
 
 TEST_F(Cli, FileAndStandardInputGiveTheSame) {
@@ -736,15 +741,17 @@ TEST_F(Cli, MethodsListsEverySetting) {
   ASSERT_EQ(text.code, 0);
   ASSERT_EQ(json.code, 0);
   const Json list = Json::parse(json.out);
-  ASSERT_EQ(list.size(), 2u);
+  ASSERT_EQ(list.size(), 3u);
   const std::vector<std::pair<std::string, Json>> splitting = {
       {"split", "logarithmic"}, {"lambda", 0.5}, {"bias", 0.0}, {"splits", nullptr}, {"count", nullptr}};
   const std::vector<std::pair<std::string, std::vector<std::pair<std::string, Json>>>> methods = {
       {"pssm", {{"fit", "tight"}}},
-      {"lloyd", {{"scheme", "zp+w"}, {"warp", "lispsm"}, {"eta", 0.0}, {"shares", "error"}, {"near_face", "own"}}}};
+      {"lloyd", {{"scheme", "zp+w"}, {"warp", "lispsm"}, {"eta", 0.0}, {"shares", "error"}, {"near_face", "own"}, {"rows", true}}},
+      {"lspsm",
+       {{"rows", "fitted"}, {"zeta", 0.25}, {"sigma", 0.5}, {"max_rows", 16}, {"max_columns", 2}, {"warp", "none"}, {"eta", 0.0}}}};
   for (std::size_t m = 0; m < methods.size(); ++m) {
     EXPECT_EQ(list[m]["name"], methods[m].first);
-    auto settings = splitting;
+    auto settings = m < 2 ? splitting : std::vector<std::pair<std::string, Json>>();  // rows have no slices
     settings.insert(settings.end(), methods[m].second.begin(), methods[m].second.end());
     ASSERT_EQ(list[m]["settings"].size(), settings.size());
     for (std::size_t i = 0; i < settings.size(); ++i) {

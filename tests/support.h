@@ -166,6 +166,35 @@ inline Coverage checkAll(const Frame& frame, const Solution& solution, int acros
   return coverage;
 }
 
+// Points of the view: claimed by a partition whose map holds them, no less sharp than predicted, by differences of the emitted matrix.
+inline void checkClaims(const Frame& frame, const Solution& solution, Random& random, int points) {
+  const Axes axes(frame.camera);
+  for (int n = 0; n < points; ++n) {
+    const double x = n % 3 ? random.uniform() : random.index(2), y = n % 5 ? random.uniform() : random.index(2);
+    const double z =
+        std::min(random.logUniform(frame.camera.near, std::min(frame.camera.far, frame.camera.shadowDistance)), frame.camera.far);
+    const glm::dvec3 fromEye = viewPoint(frame.camera, x, y, z), ws = frame.camera.positionWs + fromEye;
+    if (!needsShadow(frame, ws)) continue;
+    bool isCovered = false;
+    for (int i = 0; i < solution.partitionCount && !isCovered; ++i) {
+      const Partition& map = solution.partitions[i];
+      bool isClaimed = z >= map.near * (1.0 - 1e-9) && z <= map.far * (1.0 + 1e-9);
+      for (int p = 0; p < map.planeCount; ++p)
+        isClaimed = isClaimed && glm::dot(glm::dvec3(map.planes[p]), ws) + map.planes[p].w >= -1e-9 * (z + glm::length(ws));
+      if (!isClaimed) continue;
+      const glm::dvec4 q = glm::dmat4(map.clipFromWorld) * glm::dvec4(fromEye, 1.0);
+      const glm::dvec3 ndc = glm::dvec3(q) / q.w;
+      isCovered = q.w > 0.0 && std::abs(ndc.x) <= 1.0 + 1e-6 && std::abs(ndc.y) <= 1.0 + 1e-6 && ndc.z >= -1e-6 && ndc.z <= 1.0 + 1e-6;
+      if (!isCovered) continue;
+      const double pixel = pixelAt(frame, z);
+      const glm::dvec2 texel = measuredTexel(map, fromEye, frame.light.directionWs, pixel) / pixel;
+      EXPECT_LE(texel.x, map.error.s * (1.0 + 1e-5));
+      EXPECT_LE(texel.y, map.error.t * (1.0 + 1e-5));
+    }
+    EXPECT_TRUE(isCovered) << z;
+  }
+}
+
 inline bool isFinite(const Solution& solution) {
   bool isFine = true;
   for (int i = 0; i < solution.partitionCount; ++i) {

@@ -7,6 +7,7 @@
 #include "gnomon/cast.h"
 #include "gnomon/keep.h"
 #include "gnomon/lloyd.h"
+#include "gnomon/lspsm.h"
 #include "gnomon/lookup.h"
 #include "gnomon/pssm.h"
 #include "gnomon/types.h"

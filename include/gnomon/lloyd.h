@@ -1,7 +1,8 @@
 // lloyd: warping, z-partitions and face partitions, alone and combined, judged by the texels they need.
 //
 // Based on: [Lloyd 2006]; a composition of region -> split or face -> footprint -> fit -> warp -> atlas -> block.
-// Differences from the paper: any camera, light and cut region; every warp of gnomon/warp.h; `best` compares the schemes.
+// Differences from the paper: any camera, light and cut region; every warp of gnomon/warp.h; `best` compares the schemes, and rows by
+// error of the light plane [Tang 2017].
 // Shader part: glsl/gnomon_lloyd.glsl
 // Test: tests/lloyd_test.cpp
 #pragma once
@@ -31,6 +32,7 @@ struct LloydSettings {
   WarpSettings warp{.warp = Warp::lispsm, .eta = 0.0};  // zp has none, best takes least
   Shares shares = Shares::error;
   NearFace nearFace = NearFace::own;
+  bool rows = true;  // best may choose rows of the light plane (gnomon/rows.h)
 };
 
 // Partitions for one directional light. No heap, no globals, no exceptions. Views that have no faces to use, or fewer maps allowed than

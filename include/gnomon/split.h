@@ -34,6 +34,22 @@ struct Wedge {
   double start, end;  // may be -kInfinity and kInfinity
 };
 
+// Where wedges lie in rows across an axis of the light plane, each row cut into columns of equal width: a shader finds its own without a
+// search. The first row and the outer columns have no outer ends, each row ends where the next starts, borders belong to what starts there.
+struct Rows {
+  struct Row {
+    double start;  // along the axis
+    double left, columnWidth;  // across it: where the first column would begin, had it an end
+    int columns, first;  // wedges first to first + columns - 1, in order of `across`
+  };
+  int count = 0;  // 0: the wedges are not in rows
+  Plane along, across;  // a point's coordinates, view space
+  // Row i starts where log(1 + slope (along - from)) is i growth; no rule where slope or growth is 0.
+  double from, slope, growth;
+  Row rows[kMaxPartitions];
+  int cells[kMaxPartitions];  // each wedge's place in the solution, -1: it holds nothing
+};
+
 // Depth intervals to serve, in order, disjoint; each ends where the next begins unless receivers leave a gap. Where isWedged, every
 // slice spans the region's whole depth and the wedges, disjoint, decide instead.
 struct Splits {
@@ -41,6 +57,7 @@ struct Splits {
   bool isWedged = false;
   DepthSpan slices[kMaxPartitions];
   Wedge wedges[kMaxPartitions];
+  Rows rows;
 };
 
 // Errors: splitLambda, splitBias, splitExplicit, splitCount, splitBiasOrder (the bias moves a plane past far or another plane).

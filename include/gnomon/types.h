@@ -68,6 +68,11 @@ enum class Status : std::uint8_t {
   stableCorners,
   stableWorldSpace,
   warpEta,
+  rowsZeta,
+  rowsSigma,
+  rowsMaxRows,
+  rowsMaxColumns,
+  rowsReach,
   biasSlope,
   biasConstant,
   worldSpacePrecision,
@@ -87,8 +92,9 @@ enum class Warning : std::uint32_t {
   atlasReduced = 1u << 3,  // maps were scaled down alike to fit the atlas
   regionSimplified = 1u << 4,  // more half-spaces cut the view than a cell can hold: the rest were ignored (maps cover more)
   facesMissing = 1u << 5,  // face partitions need more maps than allowed, or the view has no faces to use: z-partitions instead
+  rowsWaste = 1u << 6,  // the rows allowed are too few for zeta: more of each is wasted
 };
-inline constexpr int kWarningCount = 6;
+inline constexpr int kWarningCount = 7;
 [[nodiscard]] const char* warningText(Warning warning) noexcept;
 
 // A depth buffer's convention: normalised depth at near and far. Window depth (gl_FragCoord.z) is 0..1 for the first two.

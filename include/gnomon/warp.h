@@ -22,6 +22,9 @@ struct WarpSettings {
   double eta = 0.0;  // with Warp::eta: -1 none, 0 LiSPSM, 1 PSM [-1, 1]
 };
 
+// Errors: warpEta; value: what was refused.
+[[nodiscard]] Status validate(const WarpSettings& settings, double& value) noexcept;
+
 // A projective map of the light plane. With U and v the coordinates along the axis at angle phi and across it, U from 0 to L on
 // the footprint and v = 0 on the line through the eye, d = (e^kappa - 1) / L:
 //   w = 1 + d U    s = (U + tau v) / w    t = (v + sigma U) / w

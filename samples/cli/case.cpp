@@ -412,7 +412,7 @@ void parseBudget(const Json& value, Budget& budget) {
   fields.numberIf("target_error", Status::budgetTargetError, budget.targetError);
 }
 
-const Words kLaterMethods = {"single", "sdsm", "lspsm", "auto"};
+const Words kLaterMethods = {"single", "sdsm", "auto"};
 const Words kSplitWords = {"uniform", "logarithmic", "practical", "explicit"};
 const Words kLloydSplitWords = {"uniform", "logarithmic", "practical", "explicit", "minimax"};
 const Words kFitWords = {"tight", "slice", "stable"};
@@ -420,6 +420,7 @@ const Words kSchemeWords = {"w", "zp", "zp+w", "fp+w", "fp+zp+w", "best"};
 const Words kWarpWords = {"none", "lispsm", "psm", "tsm", "eta", "least"};
 const Words kShareWords = {"equal", "error"};
 const Words kNearFaceWords = {"own", "stretched"};
+const Words kRowWords = {"paper", "fitted", "error"};
 
 // Sets an enumeration whose values stand in the order of their words.
 template <class Enum>
@@ -458,6 +459,11 @@ int parseSplit(const Fields& fields, const Words& words, SplitSettings& split, s
   return scheme;
 }
 
+void parseWarp(const Fields& fields, WarpSettings& warp) {
+  choiceIf(fields, "warp", kWarpWords, warp.warp);
+  fields.numberIf("eta", Status::warpEta, warp.eta);
+}
+
 void parseMethod(const Json& value, Case& out) {
   Fields::requireObject(value, "method");
   Words names;
@@ -479,13 +485,26 @@ void parseMethod(const Json& value, Case& out) {
     choiceIf(fields, "fit", kFitWords, out.pssm.fit);
     return;
   }
+  if (out.method == "lspsm") {
+    RowSettings& rows = out.lspsm.rows;
+    choiceIf(fields, "rows", kRowWords, rows.rule);
+    fields.numberIf("zeta", Status::rowsZeta, rows.zeta);
+    fields.numberIf("sigma", Status::rowsSigma, rows.sigma);
+    fields.wholeIf("max_rows", Status::rowsMaxRows, rows.maxRows);
+    fields.wholeIf("max_columns", Status::rowsMaxColumns, rows.maxColumns);
+    parseWarp(fields, out.lspsm.warp);
+    return;
+  }
   LloydSettings& lloyd = out.lloyd;
   lloyd.minimax = parseSplit(fields, kLloydSplitWords, lloyd.split, out.splits) == static_cast<int>(kSplitWords.size());
   choiceIf(fields, "scheme", kSchemeWords, lloyd.scheme);
-  choiceIf(fields, "warp", kWarpWords, lloyd.warp.warp);
-  fields.numberIf("eta", Status::warpEta, lloyd.warp.eta);
+  parseWarp(fields, lloyd.warp);
   choiceIf(fields, "shares", kShareWords, lloyd.shares);
   choiceIf(fields, "near_face", kNearFaceWords, lloyd.nearFace);
+  if (const Json* rows = fields.find("rows")) {
+    if (!rows->is_boolean()) refuse("method.rows", "must be true or false", text(*rows));
+    lloyd.rows = rows->get<bool>();
+  }
 }
 
 // A part of a dotted path as a place in a list, or -1.
@@ -661,30 +680,46 @@ const std::vector<Method>& methods() {
         {"count", "whole number in [1, budget.partitions], or automatic", nullptr,
          "slices; left out: as many as the budget allows; automatic: the fewest that meet budget.target_error"},
     };
-    const auto with = [&](const Words& words, const std::string& meaning, const std::vector<Setting>& more) {
+    const PssmSettings pssm;
+    const LloydSettings lloyd;
+    const LspsmSettings lspsm;
+    const auto warping = [&](const WarpSettings& warp) {
+      return std::vector<Setting>{{"warp", join(kWarpWords), word(kWarpWords, warp.warp),
+                                   "how far the maps are warped; least: the projective map that needs the fewest texels"},
+                                  {"eta", "number in [-1, 1]", warp.eta, "with warp eta: -1 none, 0 lispsm, 1 psm"}};
+    };
+    const auto splitting = [&](const Words& words, const std::string& meaning) {
       std::vector<Setting> all = {{"split", join(words), word(words, split.scheme), meaning}};
       all.insert(all.end(), planes.begin(), planes.end());
+      return all;
+    };
+    const auto add = [](std::vector<Setting> all, const std::vector<Setting>& more) {
       all.insert(all.end(), more.begin(), more.end());
       return all;
     };
-    const PssmSettings pssm;
-    const LloydSettings lloyd;
     return std::vector<Method>{
         {"pssm", "parallel-split shadow maps: one map for each slice of view depth [Zhang 2006]",
-         with(kSplitWords, "how the slices share the depth range",
-              {{"fit", join(kFitWords), word(kFitWords, pssm.fit),
-                "tight: fewest texels; slice: the paper's box; stable: still shadows while the camera moves"}})},
+         add(splitting(kSplitWords, "how the slices share the depth range"),
+             {{"fit", join(kFitWords), word(kFitWords, pssm.fit),
+               "tight: fewest texels; slice: the paper's box; stable: still shadows while the camera moves"}})},
         {"lloyd", "warped maps of slices of view depth or of the view's faces [Lloyd 2006]",
-         with(kLloydSplitWords, "how the slices share the depth range; minimax: by what their maps need",
-              {{"scheme", join(kSchemeWords), word(kSchemeWords, lloyd.scheme),
-                "w: one warped map; zp: slices; fp: faces; +w: warped; best: whichever needs the fewest texels"},
-               {"warp", join(kWarpWords), word(kWarpWords, lloyd.warp.warp),
-                "how far the maps are warped; least: the projective map that needs the fewest texels (best takes no other)"},
-               {"eta", "number in [-1, 1]", lloyd.warp.eta, "with warp eta: -1 none, 0 lispsm, 1 psm"},
-               {"shares", join(kShareWords), word(kShareWords, lloyd.shares),
-                "of the texels: equal, or so that every map has the same error"},
-               {"near_face", join(kNearFaceWords), word(kNearFaceWords, lloyd.nearFace),
-                "fp: the near plane has a map of its own, or is shared among the sides'"}})},
+         add(add(add(splitting(kLloydSplitWords, "how the slices share the depth range; minimax: by what their maps need"),
+                     {{"scheme", join(kSchemeWords), word(kSchemeWords, lloyd.scheme),
+                       "w: one warped map; zp: slices; fp: faces; +w: warped; best: whichever needs the fewest texels"}}),
+                 warping(lloyd.warp)),
+             {{"shares", join(kShareWords), word(kShareWords, lloyd.shares),
+               "of the texels: equal, or so that every map has the same error"},
+              {"near_face", join(kNearFaceWords), word(kNearFaceWords, lloyd.nearFace),
+               "fp: the near plane has a map of its own, or is shared among the sides'"},
+              {"rows", "true, false", lloyd.rows, "best: may rows of the light plane be chosen"}})},
+        {"lspsm", "rectangles of the light plane, in rows and columns that do not overlap [Tang 2017]",
+         add({{"rows", join(kRowWords), word(kRowWords, lspsm.rows.rule),
+               "paper: eq. 1 as printed; fitted: the same, ending where the view does; error: by the texels that the view needs"},
+              {"zeta", "number in (0, 0.5)", lspsm.rows.zeta, "paper, fitted: the greatest share of a row wasted on each side"},
+              {"sigma", "number > 0", lspsm.rows.sigma, "paper, fitted: rectangles are at most 1 + sigma times as wide as high"},
+              {"max_rows", "whole number in [1, 16]", lspsm.rows.maxRows, "rows at most; they and the columns fit the budget's maps"},
+              {"max_columns", "whole number in [1, 16]", lspsm.rows.maxColumns, "columns of a row at most: they give way first"}},
+             warping(lspsm.warp))},
     };
   }();
   return list;
@@ -693,7 +728,9 @@ const std::vector<Method>& methods() {
 const std::string& warpName(Warp warp) { return kWarpWords[static_cast<std::size_t>(warp)]; }
 
 Status solve(const Case& input, const Frame& frame, Solution& solution) {
-  return input.method == "lloyd" ? solveLloyd(frame, input.lloyd, solution) : solvePssm(frame, input.pssm, solution);
+  if (input.method == "lloyd") return solveLloyd(frame, input.lloyd, solution);
+  if (input.method == "lspsm") return solveLspsm(frame, input.lspsm, solution);
+  return solvePssm(frame, input.pssm, solution);
 }
 
 }  // namespace gnomon::cli

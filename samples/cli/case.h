@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gnomon/lloyd.h"
+#include "gnomon/lspsm.h"
 #include "gnomon/pssm.h"
 
 namespace gnomon::cli {
@@ -37,6 +38,7 @@ struct Case {
   Frame frame;
   PssmSettings pssm;
   LloydSettings lloyd;
+  LspsmSettings lspsm;
   Json json;  // what was read, for the text of refusals
 
   std::vector<Box> receivers, casters;

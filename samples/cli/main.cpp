@@ -15,6 +15,7 @@
 #include "job.h"
 #include "result.h"
 #include "scene.h"
+#include "walk_command.h"
 
 namespace {
 
@@ -282,6 +283,11 @@ int main(int argc, char** argv) {
   CLI::App* runCommand = app.add_subcommand("run", "the main job: render and judge the built-in scenes, or a .glb");
   runCommand->add_option("scene", file, "a .glb file; none: the built-in scenes");
   runCommand->add_option("--out", folder, "folder for pictures and the table")->default_val("out");
+  std::vector<std::string> walked;
+  std::string walkFolder;
+  CLI::App* walkCommand = app.add_subcommand("walk", "how many maps light-plane rows take along a walk, and what they cost beside splits");
+  walkCommand->add_option("scenes", walked, ".glb files; none: the built-in scenes");
+  walkCommand->add_option("--out", walkFolder, "folder for pictures and the table")->default_val("out/walk");
   CLI::App* checkCommand = app.add_subcommand("check", "check shaders that use the includes: file, line, cause and what to do");
   cli::CheckArguments checkArguments;
   checkArguments.addTo(*checkCommand);
@@ -295,6 +301,8 @@ int main(int argc, char** argv) {
       code = listMethods(isJson);
     else if (renderCommand->parsed())
       code = render(arguments, scene, folder, filter);
+    else if (walkCommand->parsed())
+      code = cli::walk(walked, walkFolder);
     else if (checkCommand->parsed())
       code = cli::check(checkArguments);
     else

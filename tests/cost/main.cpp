@@ -1,6 +1,7 @@
 // cost: what each lookup costs a fragment: SPIR-V instructions after spirv-opt -O, and processor time under OSMesa over a shader with one
 // plain shadow lookup, shader after shader in turn, as medians of ratios within a turn.
 #include <algorithm>
+#include <cstddef>
 #include <array>
 #include <cstdio>
 #include <ctime>
@@ -73,6 +74,21 @@ const Case kCases[] = {
      "int index = gnomonSelect(gnomon, gl_FragCoord.z, world); lit = gnomonShadow3x3(gnomon, 0, index, world, up);"},
     {"gnomonSelect, gnomonShadowTent", 4,
      "int index = gnomonSelect(gnomon, gl_FragCoord.z, world); lit = gnomonShadowTent(gnomon, 0, index, world, up);"},
+    {"gnomonSelectMask and plain lookup", 4,
+     "int i = max(gnomonSelectMask(gnomon, world), 0); vec4 p = gnomon.partitions[i].atlasFromWorld * vec4(world, 1.0); "
+     "lit = texture(maps, vec4(p.xy, float(i), p.z));"},
+    {"gnomonSelectCell and plain lookup", 4,
+     "int i = max(gnomonSelectCell(gnomon, world), 0); vec4 p = gnomon.partitions[i].atlasFromWorld * vec4(world, 1.0); "
+     "lit = texture(maps, vec4(p.xy, float(i), p.z));"},
+    {"gnomonSearchCell and plain lookup", 4,
+     "int i = max(gnomonSearchCell(gnomon, world), 0); vec4 p = gnomon.partitions[i].atlasFromWorld * vec4(world, 1.0); "
+     "lit = texture(maps, vec4(p.xy, float(i), p.z));"},
+    {"gnomonSelectMask and plain lookup, 16 held", 16,
+     "int i = max(gnomonSelectMask(gnomon, world), 0); vec4 p = gnomon.partitions[i].atlasFromWorld * vec4(world, 1.0); "
+     "lit = texture(maps, vec4(p.xy, float(i), p.z));"},
+    {"gnomonSelectCell and plain lookup, 16 held", 16,
+     "int i = max(gnomonSelectCell(gnomon, world), 0); vec4 p = gnomon.partitions[i].atlasFromWorld * vec4(world, 1.0); "
+     "lit = texture(maps, vec4(p.xy, float(i), p.z));"},
     {"gnomonSelect, gnomonShadow, 16 held", 16,
      "int index = gnomonSelect(gnomon, gl_FragCoord.z, world); lit = gnomonShadow(gnomon, 0, index, world, up);"}};
 
@@ -125,6 +141,12 @@ void measure() {
   frame.shadowMap.layout = MapLayout::layers;
   frame.budget.partitions = kMaps;
   const auto solution = solve(frame);
+  // The rows that cells are found by, beside the slices that the other lookups need.
+  Solution inRows;
+  if (solveLspsm(frame, {.rows = {.maxColumns = 1}}, inRows) != Status::ok) throw std::runtime_error("lspsm: refused");
+  const auto* const from = reinterpret_cast<const unsigned char*>(&inRows.block);
+  std::copy(from + offsetof(GnomonBlock, rowAlong), from + offsetof(GnomonBlock, partitions),
+            reinterpret_cast<unsigned char*>(&solution->block) + offsetof(GnomonBlock, rowAlong));
 
   // A surface over the whole image whose depth runs through every partition.
   std::vector<glm::vec3> corners;

@@ -1,0 +1,258 @@
+#include "gnomon/rows.h"
+
+#include "numeric.h"
+
+namespace gnomon {
+namespace {
+
+// The least pixel width along an axis: the lower hull of the points' widths over their coordinates.
+struct Profile {
+  int count = 0;
+  glm::dvec2 points[kMaxHull];  // coordinate, width; coordinates rise
+};
+
+void makeProfile(const Served& served, const glm::dvec2& axis, Profile& profile) noexcept {
+  glm::dvec2 sorted[kMaxHull];
+  for (int i = 0; i < served.count; ++i) {
+    const glm::dvec2 p(glm::dot(axis, glm::dvec2(served.points[i])), served.pixels[i]);
+    int j = i;
+    for (; j > 0 && (sorted[j - 1].x > p.x || (sorted[j - 1].x == p.x && sorted[j - 1].y > p.y)); --j) sorted[j] = sorted[j - 1];
+    sorted[j] = p;
+  }
+  profile.count = 0;
+  for (int i = 0; i < served.count; ++i) {
+    if (profile.count > 0 && profile.points[profile.count - 1].x == sorted[i].x) continue;
+    while (profile.count >= 2 && cross2(profile.points[profile.count - 1] - profile.points[profile.count - 2],
+                                        sorted[i] - profile.points[profile.count - 2]) <= 0.0)
+      --profile.count;
+    profile.points[profile.count++] = sorted[i];
+  }
+}
+
+// Ends of rows with equal shares of the integral of 1 / width; between two points of the profile w grows by g = dw/du and the integral from
+// the first to u is log1p(g (u - u_0) / w_0) / g.
+void errorRows(const Trapezoid& shape, const Profile& profile, int count, RowSize* rows) noexcept {
+  double whole[kMaxHull] = {};
+  for (int i = 1; i < profile.count; ++i) {
+    const glm::dvec2 d = profile.points[i] - profile.points[i - 1];
+    const double grown = d.y / profile.points[i - 1].y;
+    whole[i] = whole[i - 1] + d.x / profile.points[i - 1].y * (grown == 0.0 ? 1.0 : std::log1p(grown) / grown);
+  }
+  double from = 0.0;
+  for (int row = 0, i = 1; row < count; ++row) {
+    const double share = whole[profile.count - 1] * (row + 1) / count;
+    while (i + 1 < profile.count && whole[i] < share) ++i;
+    double to = shape.length;
+    if (row + 1 < count && i < profile.count) {
+      const glm::dvec2 &a = profile.points[i - 1], d = profile.points[i] - a;
+      const double g = d.y / d.x, part = share - whole[i - 1];
+      to = a.x - shape.from + (g == 0.0 ? a.y * part : a.y * std::expm1(g * part) / g);
+    }
+    to = std::clamp(to, from, shape.length);
+    rows[row] = {to - from, shape.base + 2.0 * shape.tangent * to};
+    from = to;
+  }
+}
+
+// The integral of 1 / width^2 along the axis, and its centre.
+struct Weight {
+  double sum = 0.0, centre = 0.0;
+};
+
+Weight weigh(const Profile& profile, double least) noexcept {
+  const glm::dvec2& first = profile.points[0];
+  Weight weight;
+  double moment = 0.0;  // about the first point
+  for (int i = 1; i < profile.count; ++i) {
+    const glm::dvec2 &a = profile.points[i - 1], &b = profile.points[i], d = b - a;
+    const double grown = d.y / a.y, share = d.x / (a.y * b.y);
+    constexpr double kFlat = 1e-5;  // relative growth below which the closed form is lost in rounding
+    weight.sum += share;
+    moment += share * (a.x - first.x) +
+              (std::abs(grown) < kFlat ? share * d.x / 2.0 : (std::log1p(grown) - grown / (1.0 + grown)) * (d.x * d.x) / (d.y * d.y));
+  }
+  weight.centre = first.x + (weight.sum > 0.0 ? moment / weight.sum : 0.0);
+  weight.sum = std::max(weight.sum, least / (first.y * first.y));
+  return weight;
+}
+
+Status makeLayout(const RowSettings& settings, const Profile& profile, int most, RowLayout& layout) noexcept {
+  const int rows = std::min(settings.maxRows, most);
+  const Trapezoid& shape = layout.shape;
+  if (settings.rule == RowRule::error) {
+    const int columns = std::min(settings.maxColumns, most);
+    layout.count = std::min(rows, most / columns);
+    errorRows(shape, profile, layout.count, layout.sizes);
+    std::fill_n(layout.columns, layout.count, columns);
+  } else {
+    layout.count = (settings.rule == RowRule::paper ? paperRows : fittedRows)(shape, settings.zeta, rows, layout.sizes);
+    int total = 0;
+    for (int columns = settings.maxColumns; columns > 0; --columns) {  // they give way until all fit
+      total = 0;
+      for (int i = 0; i < layout.count; ++i) total += layout.columns[i] = columnCount(layout.sizes[i], settings.sigma, columns);
+      if (total <= most) break;
+    }
+  }
+  layout.waste = 0.0;
+  double reached = 0.0;
+  for (int i = 0; i < layout.count; ++i) {
+    layout.waste = std::max(layout.waste, wasteOf(layout.sizes[i], shape.tangent));
+    reached += layout.sizes[i].height;
+  }
+  constexpr double kRounding = 1.0 - 1e-12;
+  return settings.rule == RowRule::paper && !(reached >= shape.length * kRounding) ? Status::rowsReach : Status::ok;
+}
+
+void writeWedges(const Region& region, const LightSpace& light, const RowSettings& settings, const RowLayout& layout,
+                 Splits& splits) noexcept {
+  const Trapezoid& shape = layout.shape;
+  const glm::dmat3 viewFromLs = glm::transpose(glm::dmat3(light.lsFromView));
+  Rows& rows = splits.rows;
+  rows.count = layout.count;
+  rows.along = {viewFromLs * glm::dvec3(shape.axis, 0.0), 0.0};
+  rows.across = {viewFromLs * glm::dvec3(-shape.axis.y, shape.axis.x, 0.0), 0.0};
+  rows.from = shape.from;
+  rows.slope = 2.0 * shape.tangent / shape.base;
+  rows.growth = 0.0;
+  const DepthSpan all{region.spans[0].near, region.spans[region.spanCount - 1].far};
+  double start = shape.from;
+  for (int i = 0; i < layout.count; ++i) {
+    const RowSize& size = layout.sizes[i];
+    const int columns = layout.columns[i];
+    const double end = start + size.height, column = size.width / columns, left = shape.centre - size.width / 2.0;
+    rows.rows[i] = {start, left, column, columns, splits.count};
+    for (int c = 0; c < columns; ++c) {
+      const Plane none{glm::dvec3(0.0), 0.0};
+      Wedge& wedge = splits.wedges[splits.count];
+      rows.cells[splits.count] = splits.count;
+      splits.slices[splits.count++] = all;
+      wedge = {none, none, rows.along, i > 0 ? start : -kInfinity, i + 1 < layout.count ? end : kInfinity};
+      if (c > 0) wedge.left = {rows.across.normal, -(left + column * c)};
+      if (c + 1 < columns) wedge.right = {-rows.across.normal, left + column * (c + 1)};
+    }
+    start = end;
+  }
+  if (settings.rule == RowRule::error) return;
+  rows.growth = std::log1p(rows.slope * layout.sizes[0].height);
+}
+
+}  // namespace
+
+Trapezoid leastTrapezoid(const glm::dvec2* hull, int count, const glm::dvec2& axis, double centre, double least) noexcept {
+  glm::dvec2 p[kMaxHull];  // along and across
+  double from = kInfinity, to = -kInfinity;
+  for (int i = 0; i < count; ++i) {
+    p[i] = {glm::dot(axis, hull[i]), cross2(axis, hull[i])};
+    from = std::min(from, p[i].x);
+    to = std::max(to, p[i].x);
+  }
+  // Between sides of slope m and -m it is A + B + 2 m u wide at u, where A is the greatest v - m u and B the greatest -v - m u: convex and
+  // piecewise linear in m, so least where m is the slope of an edge.
+  double slope = 0.0, top = 0.0, bottom = 0.0, width = kInfinity;
+  const auto consider = [&](double m) {
+    double a = -kInfinity, b = -kInfinity;
+    for (int i = 0; i < count; ++i) {
+      a = std::max(a, p[i].y - m * p[i].x);
+      b = std::max(b, -p[i].y - m * p[i].x);
+    }
+    if (!(a + b + 2.0 * m * centre < width)) return;
+    width = a + b + 2.0 * m * centre;
+    slope = m;
+    top = a;
+    bottom = b;
+  };
+  consider(0.0);
+  for (int i = 0; i < count; ++i) {
+    const glm::dvec2 edge = p[i + 1 < count ? i + 1 : 0] - p[i];  // counter-clockwise: the lower side runs along the axis
+    const double m = edge.y / -std::abs(edge.x);
+    if (std::isfinite(m)) consider(m);
+  }
+  const bool isTurned = slope < 0.0;  // it narrows
+  const double middle = (top - bottom) / 2.0, base = top + bottom + 2.0 * slope * (isTurned ? to : from);
+  return {isTurned ? -axis : axis,     isTurned ? -to : from, std::max(to - from, least),
+          isTurned ? -middle : middle, std::max(base, least), std::abs(slope)};
+}
+
+int paperRows(const Trapezoid& shape, double zeta, int most, RowSize* rows) noexcept {
+  const bool isNarrow = shape.tangent < zeta;  // theta < arctan(zeta)
+  double width = shape.base, reached = 0.0;
+  int count = 0;
+  while (count < most && reached < shape.length) {
+    width /= 1.0 - 2.0 * (isNarrow ? shape.tangent : zeta);
+    rows[count] = {isNarrow ? width : width * zeta / shape.tangent, width};  // [Tang 2017, eq. 1]
+    reached += rows[count++].height;
+  }
+  return count;
+}
+
+int fittedRows(const Trapezoid& shape, double zeta, int most, RowSize* rows) noexcept {
+  const double slope = 2.0 * shape.tangent / shape.base, grown = std::log1p(slope * shape.length);  // of the width, its logarithm
+  // Rows of eq. 1 have one ratio of width too: the whole over one is how many of them reach.
+  const double one = -std::log1p(-2.0 * std::min(shape.tangent, zeta));
+  constexpr double kRounding = 1.0 - 1e-12;
+  const double reach = shape.tangent > 0.0 ? grown / one : shape.length / shape.base;
+  const int count = std::clamp(static_cast<int>(std::min(std::ceil(reach * kRounding), static_cast<double>(most))), 1, most);
+  double from = 0.0;
+  for (int i = 1; i <= count; ++i) {
+    const double share = static_cast<double>(i) / count;
+    const double to = i == count ? shape.length : slope > 0.0 ? std::expm1(grown * share) / slope : shape.length * share;
+    rows[i - 1] = {to - from, shape.base + 2.0 * shape.tangent * to};
+    from = to;
+  }
+  return count;
+}
+
+int columnCount(const RowSize& row, double sigma, int most) noexcept {
+  constexpr double kRounding = 1.0 - 1e-12;
+  const double columns = std::ceil(row.width / row.height / (1.0 + sigma) * kRounding);
+  return columns < most ? std::max(static_cast<int>(columns), 1) : most;
+}
+
+double wasteOf(const RowSize& row, double tangent) noexcept { return row.height * tangent / row.width; }
+
+Status validate(const RowSettings& settings, double& value) noexcept {
+  if (value = settings.zeta; !(settings.zeta > 0.0 && settings.zeta < 0.5)) return Status::rowsZeta;
+  if (value = settings.sigma; !(settings.sigma > 0.0 && std::isfinite(settings.sigma))) return Status::rowsSigma;
+  if (value = settings.maxRows; settings.maxRows < 1 || settings.maxRows > kMaxPartitions) return Status::rowsMaxRows;
+  if (value = settings.maxColumns; settings.maxColumns < 1 || settings.maxColumns > kMaxPartitions) return Status::rowsMaxColumns;
+  return Status::ok;
+}
+
+Status splitRows(const Region& region, const LightSpace& light, const RowSettings& settings, int most, Splits& splits,
+                 RowLayout& layout) noexcept {
+  splits.count = splits.rows.count = layout.count = 0;
+  splits.isWedged = true;
+  if (region.spanCount == 0) return Status::ok;
+  Splits whole;
+  whole.count = 1;
+  whole.slices[0] = {region.spans[0].near, region.spans[region.spanCount - 1].far};
+  Footprint footprint;
+  Served served;
+  makeFootprints(region, light, whole, Margin{}, false, false, &footprint, &served);
+  if (footprint.count == 0 || served.count == 0) return Status::ok;
+  const double pixel = *std::min_element(served.pixels, served.pixels + served.count);
+  double least = kInfinity;
+  for (const int side : {2, 0, 1}) {  // the view direction, the image's right and up
+    const glm::dvec2 seen(light.lsFromView[side]);
+    const double squared = glm::dot(seen, seen);
+    if (!(squared > 0.0)) continue;
+    const glm::dvec2 axis = seen / std::sqrt(squared);
+    Profile profile;
+    makeProfile(served, axis, profile);
+    const Weight weight = weigh(profile, pixel);
+    const Trapezoid shape = leastTrapezoid(footprint.hull, footprint.count, axis, weight.centre, pixel);
+    const double turn = glm::dot(shape.axis, axis) < 0.0 ? -1.0 : 1.0;
+    const double texels = (shape.base + 2.0 * shape.tangent * (turn * weight.centre - shape.from)) * weight.sum;
+    if (!(texels < least)) continue;
+    least = texels;
+    layout.shape = shape;
+  }
+  Profile profile;
+  if (settings.rule == RowRule::error) makeProfile(served, layout.shape.axis, profile);
+  const Status status = makeLayout(settings, profile, most, layout);
+  if (status == Status::ok) writeWedges(region, light, settings, layout, splits);
+  splits.isWedged = splits.count > 1;  // one that nothing bounds is a slice, which depth selects too
+  return status;
+}
+
+}  // namespace gnomon

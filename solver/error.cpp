@@ -71,7 +71,7 @@ TexelError certify(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, c
 double limitTexels(const Frame& frame) noexcept {
   const Camera& camera = frame.camera;
   if (camera.projection != Projection::perspective || camera.left != camera.right || camera.down != camera.up) return 0.0;
-  if (!frame.scene.receivers.empty() || !frame.scene.planes.empty() || !frame.cornersWs.empty()) return 0.0;
+  if (!frame.scene.receivers.empty() || !frame.scene.planes.empty() || !frame.cornersWs.empty() || frame.samples) return 0.0;
   const double far = shadowFar(camera);
   if (!(far > camera.near)) return 0.0;
   const glm::dvec3 forward = unit(camera.forwardWs), right = unit(glm::cross(forward, unit(camera.upWs))), up = glm::cross(right, forward);

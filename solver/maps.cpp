@@ -78,6 +78,10 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
       if (const Served& served = maps.served[i]; served.count > 0)
         maps.pixels[i] = *std::min_element(served.pixels, served.pixels + served.count);
   fitSlices(region, maps.footprints, splits.count, settings.fit, maps.pixels, maps.fits);
+  for (int i = 0; settings.rectangles && i < splits.count; ++i) {
+    maps.fits[i].least = settings.rectangles[i].least;
+    maps.fits[i].size = settings.rectangles[i].size;
+  }
   const glm::dvec2 view(light.lsFromView[2]);
   const double length = std::sqrt(glm::dot(view, view));
   maps.neededTexels = 0.0;

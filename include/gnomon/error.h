@@ -27,7 +27,8 @@ namespace GNOMON_EXPORT gnomon {
                                  const glm::dvec3& eyeMinusOriginWs, const Served& served) noexcept;
 
 // The least texels that error <= 1 everywhere in a whole, symmetric perspective frustum needs on one light plane,
-// whatever the parameterization; 0 where no closed form is known (orthographic, asymmetric, corners, cut by receivers or planes).
+// whatever the parameterization; 0 where no closed form is known (orthographic, asymmetric, corners, cut by receivers, planes
+// or samples).
 [[nodiscard]] double limitTexels(const Frame& frame) noexcept;
 
 }  // namespace gnomon

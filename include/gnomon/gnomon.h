@@ -9,4 +9,6 @@
 #include "gnomon/lloyd.h"
 #include "gnomon/lookup.h"
 #include "gnomon/pssm.h"
+#include "gnomon/samples.h"
+#include "gnomon/sdsm.h"
 #include "gnomon/types.h"

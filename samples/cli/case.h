@@ -5,6 +5,8 @@
 // Test: tests/cli_test.cpp
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -13,6 +15,7 @@
 
 #include "gnomon/lloyd.h"
 #include "gnomon/pssm.h"
+#include "gnomon/sdsm.h"
 
 namespace gnomon::cli {
 
@@ -37,12 +40,16 @@ struct Case {
   Frame frame;
   PssmSettings pssm;
   LloydSettings lloyd;
+  SdsmSettings sdsm;
   Json json;  // what was read, for the text of refusals
 
   std::vector<Box> receivers, casters;
   std::vector<glm::dvec4> planes;
   std::vector<glm::dvec3> corners;
-  std::vector<double> splits;
+  std::vector<double> splits, weights;
+  std::vector<std::uint32_t> histogram;
+  std::vector<SampleBounds> bounds;
+  std::unique_ptr<Samples> samples;  // at an address that a move keeps
 };
 
 // Parses JSON text; numbers too large for a double, keys given twice and anything that is not JSON are refused.

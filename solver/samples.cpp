@@ -1,0 +1,159 @@
+#include "gnomon/samples.h"
+
+#include <bit>
+
+#include "gnomon/camera.h"
+#include "gnomon/footprint.h"
+#include "numeric.h"
+
+namespace gnomon {
+namespace {
+
+// A float's bits order like the float from 0 to 1, so integers do. Depths are [0, 1), reversed ones (0, 1]: less the first, both run from
+// 0 to kDepths - 1, and everything else is more.
+constexpr std::uint32_t kDepths = 0x3f800000u;
+
+bool isReversed(const Camera& camera) noexcept { return camera.depth == DepthConvention::reversedZeroToOne; }
+
+struct Extremes {
+  std::uint32_t least = ~0u, greatest = 0u;
+};
+
+Extremes findExtremes(const float* depths, std::size_t count, std::uint32_t first, Extremes so) noexcept {
+  std::uint32_t least = so.least, greatest = so.greatest;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t at = std::bit_cast<std::uint32_t>(depths[i]) - first;
+    const std::uint32_t held = at < kDepths ? at + 1u : 0u;  // 0: none
+    least = at < least ? at : least;
+    greatest = held > greatest ? held : greatest;
+  }
+  return {least, greatest};
+}
+
+// View depth, or its inverse for a perspective view, is linear in the depth value: near (1 - t) + far t, without cancellation.
+struct DepthLaw {
+  float near, far;
+  bool isReversed, isPerspective;
+
+  explicit DepthLaw(const Camera& camera) noexcept
+      : isReversed(gnomon::isReversed(camera)), isPerspective(camera.projection == Projection::perspective) {
+    near = static_cast<float>(isPerspective ? 1.0 / camera.near : camera.near);
+    far = static_cast<float>(isPerspective ? 1.0 / camera.far : camera.far);
+  }
+  float viewDepth(float depth) const noexcept {
+    const float t = isReversed ? 1.0f - depth : depth, u = isReversed ? depth : 1.0f - depth;
+    const float z = near * u + far * t;
+    return isPerspective ? 1.0f / z : z;
+  }
+};
+
+}  // namespace
+
+void sampleRange(const Camera& camera, const DepthImage& image, double& near, double& far) noexcept {
+  const std::uint32_t first = isReversed(camera) ? 1u : 0u;
+  Extremes extremes;
+  for (int y = 0; y < image.height; ++y)
+    extremes = findExtremes(image.depths + y * image.stride, static_cast<std::size_t>(image.width), first, extremes);
+  near = kInfinity;
+  far = -kInfinity;
+  if (extremes.greatest == 0u) return;
+  const double a = viewDepthAt(camera, static_cast<double>(std::bit_cast<float>(extremes.least + first)));
+  const double b = viewDepthAt(camera, static_cast<double>(std::bit_cast<float>(extremes.greatest - 1u + first)));
+  near = std::min(a, b);
+  far = std::max(a, b);
+}
+
+void windowEdges(const Camera& camera, double near, double far, std::span<float> edges) noexcept {
+  const auto bins = static_cast<double>(edges.size() - 1);
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const double z = i + 1 == edges.size() ? far : near * std::pow(far / near, static_cast<double>(i) / bins);
+    edges[i] = static_cast<float>(windowDepth(camera, z));
+  }
+}
+
+void sampleHistogram(const Camera& camera, const DepthImage& image, std::span<const float> edges,
+                     std::span<std::uint32_t> counts) noexcept {
+  std::fill(counts.begin(), counts.end(), 0u);
+  const std::uint32_t first = isReversed(camera) ? 1u : 0u;
+  const float sign = isReversed(camera) ? -1.0f : 1.0f;
+  for (int y = 0; y < image.height; ++y) {
+    const float* row = image.depths + y * image.stride;
+    for (int x = 0; x < image.width; ++x) {
+      if (std::bit_cast<std::uint32_t>(row[x]) - first >= kDepths) continue;
+      std::size_t bin = 0;  // begins at or before the sample
+      for (std::size_t left = counts.size(); left > 1;) {
+        const std::size_t half = left / 2;
+        bin += sign * edges[bin + half] <= sign * row[x] ? half : 0;
+        left -= half;
+      }
+      ++counts[bin];
+    }
+  }
+}
+
+Status lightForSamples(const Frame& frame, glm::dmat3& lsFromView) noexcept {
+  double value = 0.0;
+  if (const Status status = validate(frame.camera, value); status != Status::ok) return status;
+  const glm::dvec3 direction = unit(frame.light.directionWs);
+  if (!isFinite(frame.light.directionWs) || direction == glm::dvec3(0.0)) return Status::lightDirection;
+  const glm::dvec3 x = planeAxis(direction), y = glm::cross(x, direction);
+  const glm::dvec3 forward = unit(frame.camera.forwardWs), right = unit(glm::cross(forward, unit(frame.camera.upWs)));
+  lsFromView = glm::transpose(glm::dmat3(x, y, direction)) * glm::dmat3(right, glm::cross(right, forward), forward);
+  return Status::ok;
+}
+
+void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat3& lsFromView, std::span<SampleBounds> bounds) noexcept {
+  const std::size_t count = std::min<std::size_t>(bounds.size(), kMaxPartitions);
+  const DepthLaw law(camera);
+  float from[kMaxPartitions], to[kMaxPartitions];
+  glm::vec2 least[kMaxPartitions], most[kMaxPartitions];
+  for (std::size_t i = 0; i < count; ++i) {
+    const double near = bounds[i].near - depthQuantum(camera, bounds[i].near), far = bounds[i].far + depthQuantum(camera, bounds[i].far);
+    const double a = windowDepth(camera, camera.projection == Projection::perspective ? std::max(near, bounds[i].near / 2.0) : near),
+                 b = windowDepth(camera, far);
+    from[i] = static_cast<float>(std::min(a, b));
+    to[i] = static_cast<float>(std::max(a, b));
+    least[i] = glm::vec2(std::numeric_limits<float>::infinity());
+    most[i] = -least[i];
+  }
+  const std::uint32_t first = law.isReversed ? 1u : 0u;
+  const glm::dvec2 across = glm::dvec2(lsFromView[0]) * ((camera.left + camera.right) / image.width),
+                   up = glm::dvec2(lsFromView[1]) * ((camera.down + camera.up) / image.height),
+                   corner = glm::dvec2(lsFromView[0]) * -camera.left + glm::dvec2(lsFromView[1]) * -camera.down;
+  const glm::vec2 forward(lsFromView[2]);
+  constexpr int kRun = 256;  // pixels at a time, so that what is computed once stays near
+  float lsX[kRun], lsY[kRun], depths[kRun];
+  for (int y = 0; y < image.height; ++y)
+    for (int start = 0; start < image.width; start += kRun) {
+      const int run = std::min(kRun, image.width - start);
+      const float* row = image.depths + y * image.stride + start;
+      const glm::vec2 base(corner + up * (y + 0.5) + across * (start + 0.5)), step(across);
+      for (int x = 0; x < run; ++x) {
+        const bool isDepth = std::bit_cast<std::uint32_t>(row[x]) - first < kDepths;
+        depths[x] = isDepth ? row[x] : -1.0f;  // below every interval
+        const float z = law.viewDepth(depths[x]), along = static_cast<float>(x);
+        const float tangentX = base.x + step.x * along, tangentY = base.y + step.y * along;
+        lsX[x] = law.isPerspective ? (tangentX + forward.x) * z : tangentX + forward.x * z;
+        lsY[x] = law.isPerspective ? (tangentY + forward.y) * z : tangentY + forward.y * z;
+      }
+      for (std::size_t i = 0; i < count; ++i)
+        for (int x = 0; x < run; ++x) {
+          const bool isInside = depths[x] >= from[i] && depths[x] <= to[i] && depths[x] >= 0.0f;
+          if (!isInside) continue;
+          least[i] = glm::min(least[i], glm::vec2(lsX[x], lsY[x]));
+          most[i] = glm::max(most[i], glm::vec2(lsX[x], lsY[x]));
+        }
+    }
+  for (std::size_t i = 0; i < count; ++i) {
+    bounds[i].least = least[i];
+    bounds[i].most = most[i];
+    if (!(least[i].x <= most[i].x)) bounds[i].far = -kInfinity;
+  }
+}
+
+std::size_t keepBounds(std::span<SampleBounds> bounds) noexcept {
+  return static_cast<std::size_t>(std::remove_if(bounds.begin(), bounds.end(), [](const SampleBounds& b) { return !(b.near <= b.far); }) -
+                                  bounds.begin());
+}
+
+}  // namespace gnomon

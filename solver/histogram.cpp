@@ -78,51 +78,74 @@ void tabulateWhole(const Region& region, const LightSpace& light, double ratio, 
   }
 }
 
-// What each bin's part of the region reaches, along axes of the region's own outline and a fan between them.
-void measureBins(const Region& region, const LightSpace& light, SampleBins& bins) noexcept {
+// What parts of the region reach on the light plane; -infinity where there is nothing. isThere: null, or whether there is something.
+void measure(const Region& region, const LightSpace& light, const Directions& directions, const DepthSpan* slabs, int count,
+             float (*reach)[4][kMaxFitAxes], bool* isThere) noexcept {
+  constexpr float kNowhere = -std::numeric_limits<float>::infinity();
   Footprint footprints[kMaxPartitions];
-  Splits slabs;
+  Splits splits;
+  for (int from = 0; from < count; from += kMaxPartitions) {
+    splits.count = std::min(kMaxPartitions, count - from);
+    std::copy_n(slabs + from, splits.count, splits.slices);
+    makeFootprints(region, light, splits, {}, true, footprints);
+    for (int i = 0; i < splits.count; ++i) {
+      float(*to)[kMaxFitAxes] = reach[from + i];
+      std::fill_n(&to[0][0], 4 * kMaxFitAxes, kNowhere);
+      if (isThere) isThere[from + i] = footprints[i].count > 0;
+      if (!(splits.slices[i].near <= splits.slices[i].far)) continue;
+      for (int a = 0; a < kMaxFitAxes; ++a) {
+        const glm::dvec2 axis = directions.axes[std::min(a, directions.count - 1)];
+        for (int v = 0; v < footprints[i].count; ++v) {
+          const auto s = static_cast<float>(glm::dot(axis, footprints[i].hull[v])),
+                     t = static_cast<float>(cross2(axis, footprints[i].hull[v]));
+          to[0][a] = std::max(to[0][a], -s);
+          to[1][a] = std::max(to[1][a], s);
+          to[2][a] = std::max(to[2][a], -t);
+          to[3][a] = std::max(to[3][a], t);
+        }
+      }
+    }
+  }
+}
+
+// What each bin and each gap reaches, along axes of the region's own outline and a fan between them. Bins that hold nothing go.
+void measureBins(const Region& region, const LightSpace& light, SampleBins& bins) noexcept {
+  if (bins.count == 0) return;
   Directions directions;
   addViewEdges(region, light, directions);
-  if (bins.count > 0) {
-    slabs.count = 1;
-    slabs.slices[0] = {bins.near[0], bins.far[bins.count - 1]};
-    makeFootprints(region, light, slabs, {}, true, footprints);
-    constexpr int kFan = 6;  // axes kept for an even fan
-    for (int i = 0; i < footprints[0].count && directions.count < kMaxFitAxes - kFan; ++i)
-      directions.add(footprints[0].hull[i + 1 < footprints[0].count ? i + 1 : 0] - footprints[0].hull[i]);
-  }
+  Footprint outline;
+  Splits all;
+  all.count = 1;
+  all.slices[0] = {bins.near[0], bins.far[bins.count - 1]};
+  makeFootprints(region, light, all, {}, true, &outline);
+  constexpr int kFan = 3;  // axes kept for an even fan
+  for (int i = 0; i < outline.count && directions.count < kMaxFitAxes - kFan; ++i)
+    directions.add(outline.hull[i + 1 < outline.count ? i + 1 : 0] - outline.hull[i]);
   constexpr double kQuarter = 1.5707963267948966;
   for (int free = kMaxFitAxes - directions.count, i = 0; i < free; ++i)
     directions.add({std::cos(kQuarter * i / free), std::sin(kQuarter * i / free)});
-  bins.axisCount = directions.count;
+
+  DepthSpan slabs[kMaxBins];
+  bool isThere[kMaxBins];
+  for (int b = 0; b < bins.count; ++b) slabs[b] = {bins.near[b], bins.far[b]};
+  measure(region, light, directions, slabs, bins.count, bins.reach, isThere);
   int kept = 0;
-  for (int from = 0; from < bins.count; from += kMaxPartitions) {
-    slabs.count = std::min(kMaxPartitions, bins.count - from);
-    for (int i = 0; i < slabs.count; ++i) slabs.slices[i] = {bins.near[from + i], bins.far[from + i]};
-    makeFootprints(region, light, slabs, {}, true, footprints);
-    for (int i = 0; i < slabs.count; ++i) {
-      const Footprint& footprint = footprints[i];
-      if (footprint.count == 0) continue;
-      for (int a = 0; a < kMaxFitAxes; ++a) {
-        const glm::dvec2 axis = directions.axes[std::min(a, directions.count - 1)];
-        double reach[4] = {-kInfinity, -kInfinity, -kInfinity, -kInfinity};
-        for (int v = 0; v < footprint.count; ++v) {
-          const double s = glm::dot(axis, footprint.hull[v]), t = cross2(axis, footprint.hull[v]);
-          const double at[4] = {-s, s, -t, t};
-          for (int r = 0; r < 4; ++r) reach[r] = std::max(reach[r], at[r]);
-        }
-        for (int r = 0; r < 4; ++r) bins.reach[kept][r][a] = static_cast<float>(reach[r]);
-      }
-      const int b = from + i;
-      bins.near[kept] = bins.near[b];
-      bins.far[kept] = bins.far[b];
-      bins.worst[kept] = bins.worst[b];
-      bins.samples[kept] = bins.samples[b];
-      bins.place[kept++] = bins.place[b];
-    }
+  for (int b = 0; b < bins.count; ++b) {
+    if (!isThere[b]) continue;
+    bins.near[kept] = bins.near[b];
+    bins.far[kept] = bins.far[b];
+    bins.worst[kept] = bins.worst[b];
+    bins.samples[kept] = bins.samples[b];
+    bins.place[kept] = bins.place[b];
+    if (kept != b) std::copy_n(&bins.reach[b][0][0], 4 * kMaxFitAxes, &bins.reach[kept][0][0]);
+    ++kept;
   }
   bins.count = kept;
+  for (int b = 0; b + 1 < bins.count; ++b) {
+    const bool isGap = bins.place[b + 1] > bins.place[b] + 1;
+    slabs[b] = isGap ? DepthSpan{bins.far[b], bins.near[b + 1]} : DepthSpan{1.0, 0.0};
+  }
+  measure(region, light, directions, slabs, bins.count - 1, bins.gap, nullptr);
 }
 
 // The reach of a run of bins that grows one by one.
@@ -130,9 +153,12 @@ struct Run {
   float reach[4][kMaxFitAxes];
 
   void start(const float (&bin)[4][kMaxFitAxes]) noexcept { std::copy_n(&bin[0][0], 4 * kMaxFitAxes, &reach[0][0]); }
-  void add(const float (&bin)[4][kMaxFitAxes]) noexcept {
+  void add(const float (&bin)[4][kMaxFitAxes], const float (&gap)[4][kMaxFitAxes]) noexcept {
     for (int r = 0; r < 4; ++r)
-      for (int a = 0; a < kMaxFitAxes; ++a) reach[r][a] = bin[r][a] > reach[r][a] ? bin[r][a] : reach[r][a];
+      for (int a = 0; a < kMaxFitAxes; ++a) {
+        const float most = bin[r][a] > gap[r][a] ? bin[r][a] : gap[r][a];
+        reach[r][a] = most > reach[r][a] ? most : reach[r][a];
+      }
   }
   double side(double pixel) const noexcept {
     const auto least = static_cast<float>(pixel);
@@ -227,7 +253,7 @@ struct Programme {
         if (j == 0)
           whole.start(bins.reach[0]);
         else
-          whole.add(bins.reach[j]);
+          whole.add(bins.reach[j], bins.gap[j - 1]);
       }
       const double pixel = bins.near[0] * bins.pixelSlope + bins.pixelBase;
       least[0][j] = addCost(bins, norm, 0, j, bins.isWhole ? wholeSide(bins, 0, j) : whole.side(pixel), worstOfAll);
@@ -243,7 +269,7 @@ struct Programme {
           if (i == j)
             run.start(bins.reach[i]);
           else
-            run.add(bins.reach[i]);
+            run.add(bins.reach[i], bins.gap[i]);
           side = run.side(bins.near[i] * bins.pixelSlope + bins.pixelBase);
         }
         const double own = addCost(bins, norm, i, j, side, worst);
@@ -329,7 +355,7 @@ double sampledError(const SampleBins& bins, SampleNorm norm, const int* first, i
     if (!bins.isWhole) run.start(bins.reach[from]);
     for (int b = from + 1; b <= to; ++b) {
       worst = std::max(worst, bins.worst[b]);
-      if (!bins.isWhole) run.add(bins.reach[b]);
+      if (!bins.isWhole) run.add(bins.reach[b], bins.gap[b - 1]);
     }
     const double side = bins.isWhole ? wholeSide(bins, from, to) : run.side(bins.near[from] * bins.pixelSlope + bins.pixelBase);
     cost = combine(norm, cost, addCost(bins, norm, from, to, side, worst));
@@ -372,11 +398,14 @@ int splitByMeans(const SampleBins& bins, int most, int* first) noexcept {
   for (int b = 0; b < bins.count; ++b) before[b + 1] = before[b] + (bins.samples[b + 1] - bins.samples[b]) * (bins.place[b] + 0.5);
   double means[kMaxPartitions];
   const int clusters = std::min(most, bins.count);
-  const double low = bins.place[0], high = bins.place[bins.count - 1] + 1.0;
-  for (int c = 0; c < clusters; ++c) means[c] = low + (high - low) * (c + 0.5) / clusters;
+  for (int c = 0, b = 0; c < clusters; ++c) {
+    const double share = bins.samples[bins.count] * (c + 0.5) / clusters;
+    while (bins.samples[b + 1] < share) ++b;
+    means[c] = bins.place[b] + (share - bins.samples[b]) / (bins.samples[b + 1] - bins.samples[b]);
+  }
   int ends[kMaxPartitions + 1] = {};
   ends[clusters] = bins.count;
-  constexpr int kIterations = 64;  // it stops long before, as a rule
+  constexpr int kIterations = 256;  // it stops long before, as a rule
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     bool isChanged = iteration == 0;
     for (int c = 1; c < clusters; ++c) {

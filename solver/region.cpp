@@ -166,8 +166,10 @@ void keepSampled(const Samples& samples, Region& region) noexcept {
   std::copy_n(region.spans, count, spans);
   region.spanCount = 0;
   const auto keep = [&](double near, double far) {
+    // A single depth is an interval as wide as what the depth buffer cannot tell from it.
+    const double room = samples.latency + (near == far ? depthQuantum(region.camera, near) : 0.0);
     for (int i = 0; i < count; ++i) {
-      const DepthSpan span{std::max(near - samples.latency, spans[i].near), std::min(far + samples.latency, spans[i].far)};
+      const DepthSpan span{std::max(near - room, spans[i].near), std::min(far + room, spans[i].far)};
       if (span.near <= span.far) addSpan(region, span);
     }
   };

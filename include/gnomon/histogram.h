@@ -4,7 +4,7 @@
 // sqrt(area of the plain fit of [a, b]) / w_i(z), times the weight of z's bin; the norm takes it over all samples.
 //   max         dynamic programme in O(n k log n): a slice inside another costs no more (proved), so each step is a bisection
 //   mean, meanSquare  O(n^2 k) with an exact cut-off; O(n k log n) where the costs are a Monge array, which is checked
-// Differences from the slides: k-means clusters the logarithms of depth (of the bins), from an even start.
+// Differences from the slides: k-means clusters the logarithms of depth (of the bins), from their quantiles.
 // Shader part: none.
 // Test: tests/histogram_test.cpp
 #pragma once
@@ -19,7 +19,7 @@ namespace GNOMON_EXPORT gnomon {
 enum class SampleNorm : std::uint8_t { max, mean, meanSquare };
 
 inline constexpr int kMaxBins = 256;
-inline constexpr int kMaxFitAxes = 16;
+inline constexpr int kMaxFitAxes = 12;
 
 // The bins that hold samples, nearest first, and what a map over any run of them would cost.
 struct SampleBins {
@@ -29,8 +29,8 @@ struct SampleBins {
   double samples[kMaxBins + 1], sum[kMaxBins + 1], squares[kMaxBins + 1];  // before each bin: of samples, of weight / w_i, of its square
   double pixelSlope = 0.0, pixelBase = 0.0;  // w_i is base + slope z
   // How far a bin's part of the region reaches on the light plane, along and across each axis that a fit may take: [-s, s, -t, t].
-  int axisCount = 0;
   float reach[kMaxBins][4][kMaxFitAxes];
+  float gap[kMaxBins][4][kMaxFitAxes];  // of what lies between a bin and the next one, -infinity where nothing does
   // Of a whole perspective view: sqrt(area) depends on the ratio of depths alone. Per unit of depth, for each number of bins spanned.
   bool isWhole = false;
   int place[kMaxBins];  // in the histogram

@@ -299,14 +299,14 @@ void makeBins(const Frame& frame, const Region& region, const LightSpace& light,
   const int given = static_cast<int>(samples.histogram.size());
   const int joined = std::max((given + kMaxBins - 1) / kMaxBins, 1), places = given > 0 ? (given + joined - 1) / joined : kMaxBins;
   const bool isRatio = samples.near > 0.0;
-  const auto edge = [&](int place) {
-    if (given > 0) return binEdge(samples, std::min(place * joined, given));
-    if (place == 0 || place == places) return place == 0 ? samples.near : samples.far;
-    const double share = static_cast<double>(place) / places;
-    return isRatio ? samples.near * std::pow(samples.far / samples.near, share) : samples.near + (samples.far - samples.near) * share;
-  };
+  const double length = given > 0 ? static_cast<double>(given) / joined : places;  // in places
+  const double ratio = isRatio ? std::pow(samples.far / samples.near, 1.0 / length) : 1.0, step = (samples.far - samples.near) / places;
+  bins.joined = joined;
   int span = 0;
+  double end = samples.near;
   for (int place = 0; place < places; ++place) {
+    const double near = end, far = place + 1 == places ? samples.far : isRatio ? near * ratio : near + step;
+    end = far;
     double amount = given > 0 ? 0.0 : 1.0, weight = given > 0 ? 0.0 : 1.0;
     for (int i = place * joined; i < std::min((place + 1) * joined, given); ++i) {
       const auto at = static_cast<std::size_t>(i);
@@ -315,7 +315,6 @@ void makeBins(const Frame& frame, const Region& region, const LightSpace& light,
       weight = std::max(weight, samples.weights.empty() ? 1.0 : samples.weights[at]);
     }
     if (amount == 0.0) continue;
-    const double near = edge(place), far = edge(place + 1);
     while (span < region.spanCount && region.spans[span].far < near) ++span;
     if (span == region.spanCount) break;
     if (region.spans[span].near > far) continue;
@@ -330,8 +329,7 @@ void makeBins(const Frame& frame, const Region& region, const LightSpace& light,
   bins.pixelSlope = region.pixelSlope;
   bins.pixelBase = region.pixelBase;
   if (bins.isWhole)
-    tabulateWhole(region, light, std::pow(samples.far / samples.near, given > 0 ? static_cast<double>(joined) / given : 1.0 / places),
-                  places, bins);
+    tabulateWhole(region, light, ratio, places, bins);
   else
     measureBins(region, light, bins);
   double amount = bins.samples[0];

@@ -1,7 +1,5 @@
 #include "gnomon/samples.h"
 
-#include <bit>
-
 #include "gnomon/camera.h"
 #include "gnomon/footprint.h"
 #include "numeric.h"
@@ -9,25 +7,45 @@
 namespace gnomon {
 namespace {
 
-// A float's bits order like the float from 0 to 1, so integers do. Depths are [0, 1), reversed ones (0, 1]: less the first, both run from
-// 0 to kDepths - 1, and everything else is more.
-constexpr std::uint32_t kDepths = 0x3f800000u;
-
 bool isReversed(const Camera& camera) noexcept { return camera.depth == DepthConvention::reversedZeroToOne; }
 
-struct Extremes {
-  std::uint32_t least = ~0u, greatest = 0u;
-};
+// Samples have depths in [0, 1), reversed ones in (0, 1]. NaN fails.
+bool isSample(float depth, bool reversed) noexcept { return reversed ? depth > 0.0f && depth <= 1.0f : depth >= 0.0f && depth < 1.0f; }
 
-Extremes findExtremes(const float* depths, std::size_t count, std::uint32_t first, Extremes so) noexcept {
-  std::uint32_t least = so.least, greatest = so.greatest;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t at = std::bit_cast<std::uint32_t>(depths[i]) - first;
-    const std::uint32_t held = at < kDepths ? at + 1u : 0u;  // 0: none
-    least = at < least ? at : least;
-    greatest = held > greatest ? held : greatest;
-  }
-  return {least, greatest};
+// Least and greatest of the samples seen so far. Lanes of their own let a compiler keep them in vectors without reordering anything.
+constexpr int kLanes = 16;
+struct Extremes {
+  float least[kLanes], greatest[kLanes];
+};
+constexpr float kAbove = 2.0f, kBelow = 0.0f;  // of none
+
+// Sifts out NaN and the background; where what is left tells of other values that are no depth, a second pass sifts out those too.
+template <bool kReversed, bool kSifted>
+void findExtremes(const float* depths, int count, Extremes& so) noexcept {
+  Extremes all = so;
+  const auto add = [&](float depth, int lane) {
+    const bool isFine = !kSifted || isSample(depth, kReversed);
+    const float low = isFine && (!kReversed || depth > 0.0f) ? depth : kAbove,
+                high = isFine && (kReversed || depth < 1.0f) ? depth : kBelow;
+    all.least[lane] = low < all.least[lane] ? low : all.least[lane];
+    all.greatest[lane] = high > all.greatest[lane] ? high : all.greatest[lane];
+  };
+  int i = 0;
+  for (; i + kLanes <= count; i += kLanes)
+    for (int lane = 0; lane < kLanes; ++lane) add(depths[i + lane], lane);
+  for (; i < count; ++i) add(depths[i], 0);
+  so = all;
+}
+
+template <bool kReversed, bool kSifted>
+void findExtremes(const DepthImage& image, float& least, float& greatest) noexcept {
+  Extremes all;
+  std::fill_n(all.least, kLanes, kAbove);
+  std::fill_n(all.greatest, kLanes, kBelow);
+  for (int y = 0; y < image.height; ++y) findExtremes<kReversed, kSifted>(image.depths + y * image.stride, image.width, all);
+  least = *std::min_element(all.least, all.least + kLanes);
+  greatest = *std::max_element(all.greatest, all.greatest + kLanes);
+  if (!kSifted && (least < 0.0f || greatest > 1.0f) && least != kAbove) findExtremes<kReversed, true>(image, least, greatest);
 }
 
 // View depth, or its inverse for a perspective view, is linear in the depth value: near (1 - t) + far t, without cancellation.
@@ -50,15 +68,15 @@ struct DepthLaw {
 }  // namespace
 
 void sampleRange(const Camera& camera, const DepthImage& image, double& near, double& far) noexcept {
-  const std::uint32_t first = isReversed(camera) ? 1u : 0u;
-  Extremes extremes;
-  for (int y = 0; y < image.height; ++y)
-    extremes = findExtremes(image.depths + y * image.stride, static_cast<std::size_t>(image.width), first, extremes);
+  float least = 0.0f, greatest = 0.0f;
+  if (isReversed(camera))
+    findExtremes<true, false>(image, least, greatest);
+  else
+    findExtremes<false, false>(image, least, greatest);
   near = kInfinity;
   far = -kInfinity;
-  if (extremes.greatest == 0u) return;
-  const double a = viewDepthAt(camera, static_cast<double>(std::bit_cast<float>(extremes.least + first)));
-  const double b = viewDepthAt(camera, static_cast<double>(std::bit_cast<float>(extremes.greatest - 1u + first)));
+  if (!isSample(least, isReversed(camera))) return;
+  const double a = viewDepthAt(camera, static_cast<double>(least)), b = viewDepthAt(camera, static_cast<double>(greatest));
   near = std::min(a, b);
   far = std::max(a, b);
 }
@@ -74,12 +92,11 @@ void windowEdges(const Camera& camera, double near, double far, std::span<float>
 void sampleHistogram(const Camera& camera, const DepthImage& image, std::span<const float> edges,
                      std::span<std::uint32_t> counts) noexcept {
   std::fill(counts.begin(), counts.end(), 0u);
-  const std::uint32_t first = isReversed(camera) ? 1u : 0u;
   const float sign = isReversed(camera) ? -1.0f : 1.0f;
   for (int y = 0; y < image.height; ++y) {
     const float* row = image.depths + y * image.stride;
     for (int x = 0; x < image.width; ++x) {
-      if (std::bit_cast<std::uint32_t>(row[x]) - first >= kDepths) continue;
+      if (!isSample(row[x], isReversed(camera))) continue;
       std::size_t bin = 0;  // begins at or before the sample
       for (std::size_t left = counts.size(); left > 1;) {
         const std::size_t half = left / 2;
@@ -116,7 +133,6 @@ void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat
     least[i] = glm::vec2(std::numeric_limits<float>::infinity());
     most[i] = -least[i];
   }
-  const std::uint32_t first = law.isReversed ? 1u : 0u;
   const glm::dvec2 across = glm::dvec2(lsFromView[0]) * ((camera.left + camera.right) / image.width),
                    up = glm::dvec2(lsFromView[1]) * ((camera.down + camera.up) / image.height),
                    corner = glm::dvec2(lsFromView[0]) * -camera.left + glm::dvec2(lsFromView[1]) * -camera.down;
@@ -129,8 +145,7 @@ void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat
       const float* row = image.depths + y * image.stride + start;
       const glm::vec2 base(corner + up * (y + 0.5) + across * (start + 0.5)), step(across);
       for (int x = 0; x < run; ++x) {
-        const bool isDepth = std::bit_cast<std::uint32_t>(row[x]) - first < kDepths;
-        depths[x] = isDepth ? row[x] : -1.0f;  // below every interval
+        depths[x] = isSample(row[x], law.isReversed) ? row[x] : -1.0f;  // below every interval
         const float z = law.viewDepth(depths[x]), along = static_cast<float>(x);
         const float tangentX = base.x + step.x * along, tangentY = base.y + step.y * along;
         lsX[x] = law.isPerspective ? (tangentX + forward.x) * z : tangentX + forward.x * z;

@@ -8,8 +8,8 @@ namespace gnomon {
 namespace {
 
 // The interior planes of `count` slices, or fewer. target, error: of optimal ones, in world units over pixel widths.
-int findPlanes(const Region& region, const SdsmSettings& settings, const SampleBins& bins, int count, double target, double* planes,
-               double& error) noexcept {
+int findPlanes(const Frame& frame, const Region& region, const SdsmSettings& settings, const SampleBins& bins, int count, double target,
+               double* planes, double& error) noexcept {
   const double near = region.spans[0].near, far = region.spans[region.spanCount - 1].far;
   int first[kMaxPartitions], made = count;
   if (settings.scheme == SdsmScheme::adaptive) {
@@ -24,7 +24,9 @@ int findPlanes(const Region& region, const SdsmSettings& settings, const SampleB
     made = settings.scheme == SdsmScheme::kmeans ? splitByMeans(bins, count, first)
                                                  : splitOptimally(bins, settings.norm, count, target, first, errors);
     error = made > 0 ? errors[made - 1] : 0.0;
-    for (int i = 1; i < made; ++i) planes[i - 1] = bins.near[first[i]];
+    const Samples& samples = *frame.samples;  // exactly where its spans begin
+    for (int i = 1; i < made; ++i)
+      planes[i - 1] = samples.histogram.empty() ? bins.near[first[i]] : binEdge(samples, bins.place[first[i]] * bins.joined);
     return std::max(made - 1, 0);
   }
   const bool isRatio = region.camera.projection == Projection::perspective;
@@ -109,7 +111,7 @@ Status solveSdsm(const Frame& frame, const SdsmSettings& settings, SdsmState& st
     Splits splits;
     if (region.spanCount > 0) {
       double planes[kMaxPartitions], refused = 0.0;
-      const int planeCount = findPlanes(region, settings, bins, count, target, planes, error);
+      const int planeCount = findPlanes(frame, region, settings, bins, count, target, planes, error);
       holdPlanes(region, settings.hysteresis, next, planes, planeCount);
       splitting.scheme = SplitScheme::explicitDepths;
       splitting.depths = {planes, static_cast<std::size_t>(planeCount)};

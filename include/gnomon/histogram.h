@@ -33,7 +33,7 @@ struct SampleBins {
   float gap[kMaxBins][4][kMaxFitAxes];  // of what lies between a bin and the next one, -infinity where nothing does
   // Of a whole perspective view: sqrt(area) depends on the ratio of depths alone. Per unit of depth, for each number of bins spanned.
   bool isWhole = false;
-  int place[kMaxBins];  // in the histogram
+  int place[kMaxBins], joined = 1;  // in the histogram, whose bins were joined by so many
   double side[kMaxBins + 1];
   bool isMonge = false, isSquareMonge = false;  // the costs of mean and of meanSquare are
 };

@@ -48,22 +48,12 @@ void findExtremes(const DepthImage& image, float& least, float& greatest) noexce
   if (!kSifted && (least < 0.0f || greatest > 1.0f) && least != kAbove) findExtremes<kReversed, true>(image, least, greatest);
 }
 
-// View depth, or its inverse for a perspective view, is linear in the depth value: near (1 - t) + far t, without cancellation.
-struct DepthLaw {
-  float near, far;
-  bool isReversed, isPerspective;
-
-  explicit DepthLaw(const Camera& camera) noexcept
-      : isReversed(gnomon::isReversed(camera)), isPerspective(camera.projection == Projection::perspective) {
-    near = static_cast<float>(isPerspective ? 1.0 / camera.near : camera.near);
-    far = static_cast<float>(isPerspective ? 1.0 / camera.far : camera.far);
-  }
-  float viewDepth(float depth) const noexcept {
-    const float t = isReversed ? 1.0f - depth : depth, u = isReversed ? depth : 1.0f - depth;
-    const float z = near * u + far * t;
-    return isPerspective ? 1.0f / z : z;
-  }
-};
+// View depth of a depth value, as gnomonSampleDepth.
+float viewDepthOf(const SampleView& view, float depth) noexcept {
+  const float t = view.law.z < 0.0f ? 1.0f - depth : depth, u = view.law.z < 0.0f ? depth : 1.0f - depth;
+  const float z = view.law.x * u + view.law.y * t;  // without cancellation
+  return view.law.w > 0.0f ? 1.0f / z : z;
+}
 
 }  // namespace
 
@@ -119,9 +109,20 @@ Status lightForSamples(const Frame& frame, glm::dmat3& lsFromView) noexcept {
   return Status::ok;
 }
 
+SampleView sampleView(const Camera& camera, int width, int height, const glm::dmat3& lsFromView) noexcept {
+  const bool isPerspective = camera.projection == Projection::perspective;
+  const glm::dvec2 right(lsFromView[0]), up(lsFromView[1]), forward(lsFromView[2]);
+  return {.law = glm::vec4(glm::dvec4(isPerspective ? 1.0 / camera.near : camera.near, isPerspective ? 1.0 / camera.far : camera.far,
+                                      isReversed(camera) ? -1.0 : 1.0, isPerspective ? 1.0 : 0.0)),
+          .corner = glm::vec4(glm::dvec4(-right * camera.left - up * camera.down, 0.0, 0.0)),
+          .pixels = glm::vec4(glm::dvec4(right * ((camera.left + camera.right) / width), up * ((camera.down + camera.up) / height))),
+          .forward = glm::vec4(glm::dvec4(forward, 0.0, 0.0))};
+}
+
 void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat3& lsFromView, std::span<SampleBounds> bounds) noexcept {
   const std::size_t count = std::min<std::size_t>(bounds.size(), kMaxPartitions);
-  const DepthLaw law(camera);
+  const SampleView view = sampleView(camera, image.width, image.height, lsFromView);
+  const bool reversed = isReversed(camera), isPerspective = camera.projection == Projection::perspective;
   float from[kMaxPartitions], to[kMaxPartitions];
   glm::vec2 least[kMaxPartitions], most[kMaxPartitions];
   for (std::size_t i = 0; i < count; ++i) {
@@ -133,23 +134,19 @@ void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat
     least[i] = glm::vec2(std::numeric_limits<float>::infinity());
     most[i] = -least[i];
   }
-  const glm::dvec2 across = glm::dvec2(lsFromView[0]) * ((camera.left + camera.right) / image.width),
-                   up = glm::dvec2(lsFromView[1]) * ((camera.down + camera.up) / image.height),
-                   corner = glm::dvec2(lsFromView[0]) * -camera.left + glm::dvec2(lsFromView[1]) * -camera.down;
-  const glm::vec2 forward(lsFromView[2]);
   constexpr int kRun = 256;  // pixels at a time, so that what is computed once stays near
   float lsX[kRun], lsY[kRun], depths[kRun];
   for (int y = 0; y < image.height; ++y)
     for (int start = 0; start < image.width; start += kRun) {
       const int run = std::min(kRun, image.width - start);
       const float* row = image.depths + y * image.stride + start;
-      const glm::vec2 base(corner + up * (y + 0.5) + across * (start + 0.5)), step(across);
       for (int x = 0; x < run; ++x) {
-        depths[x] = isSample(row[x], law.isReversed) ? row[x] : -1.0f;  // below every interval
-        const float z = law.viewDepth(depths[x]), along = static_cast<float>(x);
-        const float tangentX = base.x + step.x * along, tangentY = base.y + step.y * along;
-        lsX[x] = law.isPerspective ? (tangentX + forward.x) * z : tangentX + forward.x * z;
-        lsY[x] = law.isPerspective ? (tangentY + forward.y) * z : tangentY + forward.y * z;
+        depths[x] = isSample(row[x], reversed) ? row[x] : -1.0f;  // below every interval
+        const float z = viewDepthOf(view, depths[x]), right = static_cast<float>(start + x) + 0.5f, up = static_cast<float>(y) + 0.5f;
+        const float atX = view.corner.x + view.pixels.x * right + view.pixels.z * up,
+                    atY = view.corner.y + view.pixels.y * right + view.pixels.w * up;
+        lsX[x] = isPerspective ? (atX + view.forward.x) * z : atX + view.forward.x * z;
+        lsY[x] = isPerspective ? (atY + view.forward.y) * z : atY + view.forward.y * z;
       }
       for (std::size_t i = 0; i < count; ++i)
         for (int x = 0; x < run; ++x) {

@@ -1,6 +1,8 @@
 #include "gnomon/sdsm.h"
 
 #include "gnomon/atlas.h"
+#include "gnomon/cast.h"
+#include "gnomon/fit.h"
 #include "gnomon/frame.h"
 #include "numeric.h"
 
@@ -81,6 +83,47 @@ void holdRectangles(const Frame& frame, const Region& region, const LightSpace& 
 }
 
 }  // namespace
+
+Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept {
+  Frame whole = frame;
+  whole.samples = nullptr;
+  Region region;
+  LightSpace light;
+  int index = -1;
+  double value = 0.0;
+  if (const Status status = validate(whole, value); status != Status::ok) return status;
+  if (const Status status = makeRegion(whole, region, index, value); status != Status::ok) return status;
+  if (const Status status = makeLightSpace(whole.light, region, FitMode::doubled, light); status != Status::ok) return status;
+  const Camera& camera = region.camera;
+  const bool isPerspective = camera.projection == Projection::perspective;
+  const double x = std::max(camera.left, camera.right), y = std::max(camera.down, camera.up);
+  Splits all;
+  all.count = 1;
+  all.slices[0] = {region.near, region.far};
+  Footprint footprint;
+  makeFootprints(region, light, all, {}, true, &footprint);
+  MapFit fit;
+  const double pixel = region.pixelSlope * region.near + region.pixelBase;
+  fitSlices(region, &footprint, 1, FitMode::slice, &pixel, &fit);
+  constexpr double kRounding = 1.5 / 1048576.0;  // of bounds and of the matrix: float32 products of a few factors
+  const double room = kRounding * footprint.reach;
+  fit.depthNear -= room;
+  fit.depthFar += room;
+  extendToCasters(frame.scene.casters, region, light, fit);
+  const glm::dmat4 clip = glm::transpose(cropMatrix(frame, light, glm::dvec3(0.0), fit)), ls = glm::transpose(light.lsFromWorld);
+  const double margin = frame.margin.filter + frame.margin.normalOffset;
+  constexpr double kDepthRounding = 2.0 / 8388608.0;  // as depthQuantum has it
+  setup = {
+      .lsX = glm::vec4(ls[0]),
+      .lsY = glm::vec4(ls[1]),
+      .clipZ = glm::vec4(clip[2]),
+      .rays = glm::vec4(glm::dvec4(isPerspective ? std::sqrt(x * x + y * y + 1.0) : 1.0, kRounding, region.pixelSlope, region.pixelBase)),
+      .depth = glm::vec4(glm::dvec4(region.near, region.far, kDepthRounding, frame.samples ? frame.samples->latency : 0.0)),
+      .tests = glm::vec4(glm::dvec4(frame.shadowMap.style == ClipStyle::direct3d ? -1.0 : 1.0,
+                                    frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0, margin,
+                                    frame.shadowMap.depth == DepthConvention::negativeOneToOne ? 1.0 : 0.0))};
+  return Status::ok;
+}
 
 Status solveSdsm(const Frame& frame, const SdsmSettings& settings, SdsmState& state, Solution& solution) noexcept {
   Region region;

@@ -4,7 +4,7 @@
 // Values that are no depth are skipped: what the buffer was cleared to (1, or 0 with reversed depth), NaN, anything outside [0, 1]. All
 // decisions compare depth values, so that a shader's answers are the same to the bit; only positions are rounded.
 // Shader part: glsl/gnomon_samples.glsl
-// Test: tests/samples_test.cpp, tests/parity_samples_test.cpp
+// Test: tests/samples_test.cpp, tests/parity_sdsm_test.cpp
 #pragma once
 
 #include <cstddef>
@@ -36,6 +36,12 @@ void sampleHistogram(const Camera& camera, const DepthImage& image, std::span<co
 
 // The light space of Samples::bounds: x and y from a view-space position (x right, y up, z forward). Errors: camera*, lightDirection.
 [[nodiscard]] Status lightForSamples(const Frame& frame, glm::dmat3& lsFromView) noexcept;
+
+// What gnomon_samples.glsl needs of a view; its vec4s are GnomonSampleView's.
+struct SampleView {
+  glm::vec4 law, corner, pixels, forward;
+};
+[[nodiscard]] SampleView sampleView(const Camera& camera, int width, int height, const glm::dmat3& lsFromView) noexcept;
 
 // The light-space rectangle of the samples in each interval; near and far are given. An interval without samples has near > far then: leave
 // those out, as keepBounds() does. At most kMaxPartitions at once. Samples that a depth value cannot tell from an end count on both sides of it.

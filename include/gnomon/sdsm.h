@@ -41,6 +41,15 @@ struct SdsmState {
   LightRectangle maps[kMaxPartitions] = {};  // relative to the world's origin; size 0: none
 };
 
+// What gnomon_sdsm.glsl needs of a frame; its vec4s are GnomonSdsmSetup's.
+struct SdsmSetup {
+  glm::vec4 lsX, lsY, clipZ, rays, depth, tests;
+};
+
+// For partitions made on the GPU. They serve a whole view, perspective or orthographic, camera-relative; scene, budget and light are the
+// frame's, its samples are not read (but their latency). Errors: those of every method.
+[[nodiscard]] Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept;
+
 // Partitions for one directional light from Frame::samples. No heap, no globals, no exceptions. Errors: those of every method,
 // samplesMissing, sdsmHysteresis, splitCount. On any refusal the answer has no partitions, its block reads as lit and the state is as it was.
 // Returns solution.status.

@@ -706,6 +706,7 @@ std::string refusalText(const Case& input, const Solution& solution) {
   std::string got = shortest(solution.refusedValue);
   if (at)
     if (const std::string given = wordOrText(*at); given.size() <= kLongestText) got = given;
+  if (solution.status == Status::samplesMissing) got = "nothing";
   if (solution.status == Status::floatRange)
     got = "near " + shortest(input.frame.camera.near) + " and far " + shortest(input.frame.camera.far);
   return name + ": " + statusRule(solution.status) + ", got " + got;

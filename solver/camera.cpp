@@ -184,6 +184,13 @@ double windowDepth(const Camera& camera, double viewDepth) noexcept {
   return isReversed ? n / (f - n) * ((f - z) / z) : f / (f - n) * ((z - n) / z);  // [Zhang 2006, eq. 8 corrected]
 }
 
+double viewDepthAt(const Camera& camera, double windowDepth) noexcept {
+  const double n = camera.near, f = camera.far, d = windowDepth;
+  const double fromNear = camera.depth == DepthConvention::reversedZeroToOne ? 1.0 - d : d, fromFar = 1.0 - fromNear;
+  if (camera.projection == Projection::orthographic) return n * fromFar + f * fromNear;
+  return 1.0 / (fromFar / n + fromNear / f);  // 1 / z is linear in window depth
+}
+
 double depthQuantum(const Camera& camera, double viewDepth) noexcept {
   // Clip z and w are each rounded in the vertex stage, then interpolated and divided: two units in the last place of the
   // largest term. Reversed depth has terms as small as the depth itself, so that the quantum is as small a share of z everywhere.

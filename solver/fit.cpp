@@ -72,13 +72,6 @@ void fitLeast(const Footprint& footprint, double pixel, MapFit& fit) noexcept {
   }
 }
 
-// The unit axis least along v.
-glm::dvec3 farthestAxis(const glm::dvec3& v) noexcept {
-  const glm::dvec3 a = glm::abs(v);
-  if (a.x <= a.y && a.x <= a.z) return {1.0, 0.0, 0.0};
-  return a.y <= a.z ? glm::dvec3(0.0, 1.0, 0.0) : glm::dvec3(0.0, 0.0, 1.0);
-}
-
 constexpr double kFloatRounding = 1.0 / 2097152.0;  // 2^-21: four rounded terms of a float32 row, twice over
 
 }  // namespace
@@ -91,10 +84,10 @@ Status makeLightSpace(const DirectionalLight& light, const Region& region, FitMo
   out.directionVs = zVs;
   // x, y and z are right, up and forward of one who looks along the light: y = x cross z in a right-handed world.
   glm::dvec3 x;
-  if (mode == FitMode::stable) {
-    x = unit(glm::cross(z, farthestAxis(z)));
+  if (mode == FitMode::stable || mode == FitMode::doubled) {
+    x = planeAxis(z);
   } else if (mode == FitMode::tight) {
-    x = region.worldFromView * unit(glm::cross(zVs, farthestAxis(zVs)));
+    x = region.worldFromView * unit(glm::cross(zVs, leastAxis(zVs)));
   } else {
     constexpr double kAlongView = 0.9;  // beyond this cosine the projected view direction says little: the camera's up serves
     const glm::dvec3 along = region.worldFromView[std::abs(zVs.z) < kAlongView ? 2 : 1];
@@ -162,9 +155,9 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
                       const glm::ivec4& viewport, MapFit& fit, std::uint32_t& warnings) noexcept {
   const double margin = frame.margin.filter + frame.margin.normalOffset;
   const glm::dvec2 texels(viewport.z, viewport.w);
-  const bool isStable = mode == FitMode::stable;
-  const glm::dvec2 inner = texels - 2.0 * margin - (isStable ? 1.0 : 0.0);  // stable gives one texel to the snap
-  if (!(inner.x >= 1.0 && inner.y >= 1.0) && !(margin == 0.0 && !isStable)) return Status::marginTexels;
+  const bool isStable = mode == FitMode::stable, isSnapped = isStable || mode == FitMode::doubled;
+  const glm::dvec2 inner = texels - 2.0 * margin - (isSnapped ? 1.0 : 0.0);  // the snap takes one texel
+  if (!(inner.x >= 1.0 && inner.y >= 1.0) && !(margin == 0.0 && !isSnapped)) return Status::marginTexels;
   // World-space input is as large as the world position; its rounding is part of the map's.
   const double worldReach = frame.worldSpace ? footprint.reach + std::sqrt(glm::dot(region.eyeWs, region.eyeWs)) : 0.0;
   const double reach = std::max(footprint.reach, worldReach);
@@ -176,12 +169,18 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   }
   if (region.unevenness > 0.0) rounding += region.unevenness * unitsPerWorld(fit);
   glm::dvec2 texel;
-  if (isStable) {
+  if (isSnapped) {
     // Rounding by a bound that depends on the projection alone, so that the size does.
-    const double size = fit.size.x + 2.0 * kFloatRounding * footprint.reach;
-    texel = glm::dvec2(size / inner.x);
+    glm::dvec2 size = fit.size + 2.0 * kFloatRounding * footprint.reach;
+    texel = size / inner;
+    if (!isStable) {
+      const double base = pixelWidth(frame.camera, frame.image, frame.camera.near);
+      for (int axis = 0; axis < 2; ++axis)
+        texel[axis] = base * std::exp2(std::ceil(std::log2(texel[axis] * texels[axis] / base))) / texels[axis];
+      size = texel * inner;
+    }
     const glm::dvec2 eye(light.lsFromWorld * glm::dvec4(region.eyeWs, 0.0));  // the world origin's texel grid decides the phase
-    const glm::dvec2 slack = (glm::dvec2(size) - fit.size) / 2.0;
+    const glm::dvec2 slack = (size - fit.size) / 2.0;
     const glm::dvec2 snapped = glm::floor((eye + fit.least - slack) / texel) * texel - eye;
     fit.least = snapped - margin * texel;
   } else {
@@ -203,7 +202,7 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   constexpr double kTenth = 0.1;  // of a texel
   const glm::dvec2 lost = rounding / texel;
   if (frame.worldSpace && std::max(lost.x, lost.y) / 4.0 > kTenth) {
-    if (isStable) return Status::stableWorldSpace;
+    if (isSnapped) return Status::stableWorldSpace;
     warnings |= static_cast<std::uint32_t>(Warning::worldSpacePrecision);
     if (rounding.x * 4.0 > fit.size.x || rounding.y * 4.0 > fit.size.y) return Status::worldSpacePrecision;
   }

@@ -282,6 +282,44 @@ void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept
   }
 }
 
+// Keeps of a convex polygon what lies at dot(normal, p) >= offset. At most one vertex more.  [Sutherland and Hodgman 1974]
+int clipHull(glm::dvec2* hull, int count, const glm::dvec2& normal, double offset) noexcept {
+  glm::dvec2 kept[kMaxHull];
+  int size = 0;
+  for (int i = 0; i < count; ++i) {
+    const glm::dvec2 &p = hull[i], &q = hull[i + 1 < count ? i + 1 : 0];
+    const double atP = glm::dot(normal, p) - offset, atQ = glm::dot(normal, q) - offset;
+    if (size + 2 > kMaxHull) return count;  // no room: it covers more
+    if (atP >= 0.0) kept[size++] = p;
+    if ((atP >= 0.0) != (atQ >= 0.0)) kept[size++] = p + (q - p) * (atP / (atP - atQ));
+  }
+  std::copy_n(kept, size, hull);
+  return size;
+}
+
+// Cuts a footprint to where the samples of its depths lie: never beyond the plain one. None there: it vanishes.
+void keepSampled(const Region& region, const LightSpace& light, const DepthSpan& slice, Footprint& footprint) noexcept {
+  glm::dvec2 least(kInfinity), most(-kInfinity);
+  for (const SampleBounds& bounds : region.bounds) {
+    const double from = std::max(bounds.near - region.latency, slice.near), to = std::min(bounds.far + region.latency, slice.far);
+    const bool isPoint = bounds.near == bounds.far || slice.near == slice.far;  // intervals that only touch have nothing in common
+    if (!(isPoint ? from <= to : from < to)) continue;
+    least = glm::min(least, bounds.least);
+    most = glm::max(most, bounds.most);
+  }
+  // A depth value may be off along its ray by what it cannot tell apart, and bounds are sums of float32 products.
+  constexpr double kBoundsRounding = 1.0 / 1048576.0;  // 2^-20 of the distance from the eye
+  const double far = footprint.padded.far,
+               along = region.camera.projection == Projection::perspective && far > 0.0 ? footprint.reach / far : 1.0;
+  const double room = region.latency + depthQuantum(region.camera, far) * along + kBoundsRounding * footprint.reach;
+  const glm::dvec3 x = planeAxis(light.directionWs), y = glm::cross(x, light.directionWs);
+  for (int axis = 0; axis < 2 && footprint.count > 0; ++axis) {
+    const glm::dvec2 normal(light.lsFromWorld * glm::dvec4(axis == 0 ? x : y, 0.0));
+    footprint.count = clipHull(footprint.hull, footprint.count, normal, least[axis] - room);
+    footprint.count = clipHull(footprint.hull, footprint.count, -normal, -(most[axis] + room));
+  }
+}
+
 // Distance from the eye to the farthest corner of a view slice.
 double farthestReach(const Region& region, const DepthSpan& slab) noexcept {
   const Camera& camera = region.camera;
@@ -336,6 +374,8 @@ double copyTolerance(const Footprint& footprint) noexcept {
 
 }  // namespace
 
+glm::dvec3 planeAxis(const glm::dvec3& directionWs) noexcept { return unit(glm::cross(directionWs, leastAxis(directionWs))); }
+
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
                     bool mayCopy, Footprint* footprints, Served* served) noexcept {
   DepthSpan padded[kMaxPartitions];
@@ -360,6 +400,12 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     addSlab(points, seen, slabOf(s, splits.slices[s]));
   };
   Ring ring;
+  const auto keep = [&] {
+    for (int s = 0; s < splits.count && !region.bounds.empty(); ++s) {
+      const DepthSpan& slice = splits.slices[s];
+      keepSampled(region, light, {margin.blend > 0.0 ? padded[s].near : slice.near, slice.far}, footprints[s]);
+    }
+  };
   if (cellCount(region) == 1) {
     Points points[2];
     Points *now = &points[0], *model = &points[1];
@@ -377,6 +423,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
       tolerance = copyTolerance(footprints[s]);
       std::swap(now, model);
     });
+    keep();
     return;
   }
   Points points[kMaxPartitions];
@@ -386,6 +433,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
   });
   for (int s = 0; s < splits.count; ++s)
     if (points[s].count > 0) points[s].finish(ring, footprints[s]);
+  keep();
 }
 
 }  // namespace gnomon

@@ -69,8 +69,10 @@ Status beginSolve(const Frame& frame, const SplitSettings& splitting, FitMode fi
 
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
              bool byViewDepth, MapFits& maps) noexcept {
-  maps.hasServed = splits.isWedged || settings.warp.warp != Warp::none;
-  const bool mayCopy = settings.fit != FitMode::stable;  // a size that depends on the projection alone leaves no room
+  // Bounds of samples cut the rectangles; what a warp is certified over would lie outside of them, so maps are not warped there.
+  const WarpSettings warp = region.bounds.empty() ? settings.warp : WarpSettings{};
+  maps.hasServed = splits.isWedged || warp.warp != Warp::none;
+  const bool mayCopy = region.bounds.empty() && (settings.fit == FitMode::tight || settings.fit == FitMode::slice);
   makeFootprints(region, light, splits, frame.margin, byViewDepth, mayCopy, maps.footprints, maps.hasServed ? maps.served : nullptr);
   for (int i = 0; i < splits.count; ++i) maps.pixels[i] = region.pixelSlope * nearestIn(region, splits.slices[i]) + region.pixelBase;
   if (splits.isWedged)  // a wedge's nearest point decides, not the region's
@@ -87,8 +89,13 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
       maps.shapes[i] = maps.shapes[like];
     } else {
       fit = fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i]);
+      if (settings.rectangles) {
+        fit.least = settings.rectangles[i].least;
+        fit.size = settings.rectangles[i].size;
+        fit.needed = fit.size.x * fit.size.y / (maps.pixels[i] * maps.pixels[i]);
+      }
       const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
-      if (maps.hasServed) maps.shapes[i] = warpFit(settings.warp, light, maps.footprints[i], maps.served[i], axis, fit);
+      if (maps.hasServed) maps.shapes[i] = warpFit(warp, light, maps.footprints[i], maps.served[i], axis, fit);
     }
     maps.neededTexels += fit.needed;
   }
@@ -96,7 +103,7 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
 
 Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
                 Solution& solution) noexcept {
-  solution.limitTexels = limitTexels(region, light);
+  solution.limitTexels = frame.samples ? 0.0 : limitTexels(region, light);  // what is sampled may need less
   if (splits.count == 0) {
     clearBlock(solution.block);
     return Status::ok;

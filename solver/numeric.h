@@ -20,6 +20,13 @@ inline double firstBad(const glm::dvec3& v, double fallback) noexcept {
   return fallback;
 }
 
+// The unit axis least along v.
+inline glm::dvec3 leastAxis(const glm::dvec3& v) noexcept {
+  const glm::dvec3 a = glm::abs(v);
+  if (a.x <= a.y && a.x <= a.z) return {1.0, 0.0, 0.0};
+  return a.y <= a.z ? glm::dvec3(0.0, 1.0, 0.0) : glm::dvec3(0.0, 0.0, 1.0);
+}
+
 // Unit vector of any finite, non-zero vector, subnormal or huge; zero where there is none.
 inline glm::dvec3 unit(const glm::dvec3& v) noexcept {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});

@@ -131,6 +131,58 @@ void addSpan(Region& region, DepthSpan added) noexcept {
   region.spanCount = count - (last - first) + 1;
 }
 
+// Errors: samples*.
+Status validateSamples(const Samples& samples, int& index, double& value) noexcept {
+  const bool hasBins = !samples.histogram.empty();
+  value = samples.near;
+  const bool isNothing = samples.near == kInfinity && samples.far == -kInfinity;
+  if (!isNothing && (!std::isfinite(samples.near) || (hasBins && !(samples.near > 0.0)))) return Status::samplesNear;
+  if (value = samples.far; !isNothing && !(std::isfinite(samples.far) && samples.far >= samples.near)) return Status::samplesFar;
+  if (value = samples.latency; !(samples.latency >= 0.0 && std::isfinite(samples.latency))) return Status::samplesLatency;
+  value = static_cast<double>(samples.weights.size());
+  if (!samples.weights.empty() && samples.weights.size() != samples.histogram.size()) return Status::samplesWeights;
+  for (std::size_t i = 0; i < samples.weights.size(); ++i) {
+    index = static_cast<int>(i);
+    value = samples.weights[i];
+    if (!(samples.weights[i] >= 0.0 && std::isfinite(samples.weights[i]))) return Status::samplesWeights;
+  }
+  for (std::size_t i = 0; i < samples.bounds.size(); ++i) {
+    index = static_cast<int>(i);
+    const SampleBounds& bounds = samples.bounds[i];
+    for (const glm::dvec2& pair :
+         {glm::dvec2(bounds.near, bounds.far), glm::dvec2(bounds.least.x, bounds.most.x), glm::dvec2(bounds.least.y, bounds.most.y)}) {
+      value = std::isfinite(pair.x) ? pair.y : pair.x;
+      if (!(pair.x <= pair.y && std::isfinite(pair.x) && std::isfinite(pair.y))) return Status::samplesBounds;
+    }
+  }
+  index = -1;
+  value = 0.0;
+  return Status::ok;
+}
+
+// Keeps of the region's spans what was sampled.
+void keepSampled(const Samples& samples, Region& region) noexcept {
+  DepthSpan spans[kMaxSpans];
+  const int count = region.spanCount;
+  std::copy_n(region.spans, count, spans);
+  region.spanCount = 0;
+  const auto keep = [&](double near, double far) {
+    // A single depth is an interval as wide as what the depth buffer cannot tell from it.
+    const double room = samples.latency + (near == far ? depthQuantum(region.camera, near) : 0.0);
+    for (int i = 0; i < count; ++i) {
+      const DepthSpan span{std::max(near - room, spans[i].near), std::min(far + room, spans[i].far)};
+      if (span.near <= span.far) addSpan(region, span);
+    }
+  };
+  const int bins = static_cast<int>(samples.histogram.size());
+  if (bins == 0) keep(samples.near, samples.far);
+  for (int i = 0; i < bins; ++i) {
+    const int first = i;
+    while (i < bins && samples.histogram[static_cast<std::size_t>(i)] > 0) ++i;
+    if (i > first) keep(binEdge(samples, first), binEdge(samples, i));
+  }
+}
+
 // False where nothing is left.
 bool cutToBox(Cell& cell, const Box& box, const Region& region) noexcept {
   const glm::dmat3 viewFromWorld = glm::transpose(region.worldFromView);
@@ -143,6 +195,12 @@ bool cutToBox(Cell& cell, const Box& box, const Region& region) noexcept {
 }
 
 }  // namespace
+
+double binEdge(const Samples& samples, int i) noexcept {
+  const int bins = static_cast<int>(samples.histogram.size());
+  if (i <= 0 || i >= bins) return i <= 0 ? samples.near : samples.far;
+  return samples.near * std::pow(samples.far / samples.near, static_cast<double>(i) / bins);
+}
 
 void copyCell(const Cell& from, Cell& to) noexcept {
   to.vertexCount = from.vertexCount;
@@ -262,6 +320,8 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
   region.far = shadowFar(camera);
   region.spanCount = 0;
   region.warnings = 0;
+  region.bounds = {};
+  region.latency = 0.0;
   region.reach = kInfinity;
   region.unevenness = 0.0;
   region.volume.vertexCount = 0;
@@ -281,6 +341,11 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
   }
   index = -1;
   value = 0.0;
+  if (frame.samples) {
+    if (const Status status = validateSamples(*frame.samples, index, value); status != Status::ok) return status;
+    region.bounds = frame.samples->bounds;
+    region.latency = frame.samples->latency;
+  }
   const std::span<const glm::dvec3> cornersWs = frame.cornersWs;
   glm::dvec3 corners[8];
   if (!cornersWs.empty()) {
@@ -316,6 +381,15 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
     for (int i = 0; i < region.volume.vertexCount; ++i)
       region.reach = std::max(region.reach, std::sqrt(glm::dot(region.volume.vertices[i], region.volume.vertices[i])));
   }
+  if (frame.samples) {  // with room for what a depth value cannot tell apart; the spans are exact
+    const double near = frame.samples->near - region.latency, far = frame.samples->far + region.latency;
+    const auto room = [&](double z) { return std::max(depthQuantum(region.camera, z), viewQuantum(region.camera, z)); };
+    if (!(near <= far) || cutCell(region.volume, {{0.0, 0.0, 1.0}, -(near - room(near))}, std::abs(near)) == Cut::outside ||
+        cutCell(region.volume, {{0.0, 0.0, -1.0}, far + room(far)}, std::abs(far)) == Cut::outside) {
+      region.volume.vertexCount = 0;
+      return Status::ok;
+    }
+  }
   for (const glm::dvec4& p : frame.scene.planes) {
     const glm::dvec3 normal(p);
     const double atEye = glm::dot(normal, region.eyeWs);
@@ -341,6 +415,7 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
     span.far = std::clamp(span.far, region.near, region.far);
     addSpan(region, span);
   }
+  if (frame.samples) keepSampled(*frame.samples, region);
   return Status::ok;
 }
 

@@ -69,6 +69,14 @@ Text text(Status status) noexcept {
       return {
           "method.rows",
           "paper: method.max_rows rows of eq. 1, or the maps that the budget allows, end before what must be shadowed does: take fitted"};
+    case Status::samplesMissing: return {"samples", "must be given: sdsm places its maps by what the view samples"};
+    case Status::samplesNear: return {"samples.near", "must be a finite number, > 0 where there is a histogram"};
+    case Status::samplesFar: return {"samples.far", "must be a finite number >= samples.near"};
+    case Status::samplesHistogram: return {"samples.histogram", "must be whole numbers >= 0 that fit 32 bits"};
+    case Status::samplesWeights: return {"samples.weights", "must be finite numbers >= 0, one for each bin of samples.histogram"};
+    case Status::samplesBounds: return {"samples.bounds", "must be finite with near <= far and min <= max"};
+    case Status::samplesLatency: return {"method.latency", "must be a finite number of world units >= 0"};
+    case Status::sdsmHysteresis: return {"method.hysteresis", "must be a number in [0, 1]"};
     case Status::biasSlope: return {"bias.slope", "must be a finite number >= 0"};
     case Status::biasConstant: return {"bias.constant", "must be a finite number of texels >= 0"};
     case Status::worldSpacePrecision:

@@ -147,6 +147,10 @@ struct StatusRow {
 };
 
 // One way to each refusal of the library; the tool must repeat the library's rule, name the field and say what it was given.
+Json rectangle(double near, double far, const std::vector<double>& least, const std::vector<double>& most) {
+  return Json{{"near", near}, {"far", far}, {"min", least}, {"max", most}};
+}
+
 std::vector<StatusRow> statusRows() {
   return {
       {Status::cameraForward, {{"/camera/forward", list({0, 0, 0})}}, {}, "camera.forward", "[0,0,0]"},
@@ -246,6 +250,32 @@ std::vector<StatusRow> statusRows() {
       {Status::rowsMaxRows, {{"/method", {{"name", "lspsm"}, {"max_rows", 17}}}}, {}, "method.max_rows", "17"},
       {Status::rowsMaxColumns, {{"/method", {{"name", "lspsm"}, {"max_columns", 0}}}}, {}, "method.max_columns", "0"},
       {Status::rowsReach, {{"/method", {{"name", "lspsm"}, {"rows", "paper"}, {"max_rows", 1}}}}, {}, "method.rows", "paper"},
+      {Status::samplesMissing, {{"/method", {{"name", "sdsm"}}}}, {}, "samples", "nothing"},
+      {Status::samplesNear, {{"/samples", {{"near", 0}, {"far", 2}, {"histogram", list({1})}}}}, {}, "samples.near", "0"},
+      {Status::samplesNear, {{"/samples", {{"far", 2}}}}, {}, "samples.near", "nothing"},
+      {Status::samplesFar, {{"/samples", {{"near", 3}, {"far", 2}}}}, {}, "samples.far", "2"},
+      {Status::samplesHistogram, {{"/samples", {{"near", 1}, {"far", 2}, {"histogram", list({1, -2})}}}}, {}, "samples.histogram[1]", "-2"},
+      {Status::samplesHistogram, {{"/samples", {{"near", 1}, {"far", 2}, {"histogram", 3}}}}, {}, "samples.histogram", "3"},
+      {Status::samplesWeights,
+       {{"/samples", {{"near", 1}, {"far", 2}, {"histogram", list({1, 2})}, {"weights", list({1, -1})}}}},
+       {},
+       "samples.weights[1]",
+       "-1"},
+      {Status::samplesBounds,
+       {{"/samples", {{"near", 1}, {"far", 2}, {"bounds", {rectangle(1, 2, {0, 0}, {1, 1}), rectangle(2, 1, {0, 0}, {1, 1})}}}}},
+       {},
+       "samples.bounds[1]",
+       R"({"near":2,"far":1,"min":[0,0],"max":[1,1]})"},
+      {Status::samplesLatency,
+       {{"/method", {{"name", "sdsm"}, {"latency", -1}}}, {"/samples", {{"near", 1}, {"far", 2}}}},
+       {},
+       "method.latency",
+       "-1"},
+      {Status::sdsmHysteresis,
+       {{"/method", {{"name", "sdsm"}, {"hysteresis", 2}}}, {"/samples", {{"near", 1}, {"far", 2}}}},
+       {},
+       "method.hysteresis",
+       "2"},
       {Status::biasSlope, {{"/bias/slope", -1}}, {}, "bias.slope", "-1"},
       {Status::biasConstant, {{"/bias/constant", -2}}, {}, "bias.constant", "-2"},
       {Status::worldSpacePrecision, {{"/camera/position", list({1e30, 0, 0})}}, {"--world"}, "camera.position", "[1e+30,0,0]"},
@@ -322,18 +352,20 @@ TEST_F(Cli, RefusesWhatHasTheWrongForm) {
       {{{"/budget", "all"}}, "budget: must be an object, got \"all\""},
       {{{"/budget/atlas", 4096}}, "budget.atlas: must be a list of 2 numbers: width, height, got 4096"},
       {{{"/id", 3}}, "id: must be text, got 3"},
-      {{{"/samples", {{"near", 1}, {"far", 2}}}}, "samples: must be left out: no method reads samples yet"},
+      {{{"/samples", list({1, 2})}}, "samples: must be an object, got [1,2]"},
+      {{{"/samples", {{"near", 1}, {"far", 2}, {"middle", 1.5}}}},
+       "samples.middle: is not a known key; samples takes near, far, histogram, weights, bounds"},
+      {{{"/samples", {{"near", 1}, {"far", 2}, {"bounds", list({1})}}}}, "samples.bounds[0]: must be an object, got 1"},
       {{{"/method", "pssm"}}, "method: must be an object, got \"pssm\""},
-      {{{"/method/split", "uniform"}}, "method.name: must be one of pssm, lloyd, lspsm, got nothing"},
-      {{{"/method/name", "single"}}, "method.name: must be one of pssm, lloyd, lspsm, got single" + later},
+      {{{"/method/split", "uniform"}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, got nothing"},
+      {{{"/method/name", "single"}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, got single" + later},
       {{{"/method", {{"name", "lloyd"}, {"scheme", "fp"}}}}, "method.scheme: must be one of w, zp, zp+w, fp+w, fp+zp+w, best, got fp"},
       {{{"/method", {{"name", "lloyd"}, {"fit", "tight"}}}},
        "method.fit: is not a known key; method takes name, split, lambda, bias, splits, count, scheme, warp, eta, shares, near_face, rows"},
       {{{"/method", {{"name", "lloyd"}, {"rows", 1}}}}, "method.rows: must be true or false, got 1"},
-      {{{"/method/name", "sdsm"}}, "method.name: must be one of pssm, lloyd, lspsm, got sdsm" + later},
-      {{{"/method/name", "auto"}}, "method.name: must be one of pssm, lloyd, lspsm, got auto" + later},
-      {{{"/method/name", "csm"}}, "method.name: must be one of pssm, lloyd, lspsm, got csm"},
-      {{{"/method/name", 1}}, "method.name: must be one of pssm, lloyd, lspsm, got 1"},
+      {{{"/method/name", "auto"}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, got auto" + later},
+      {{{"/method/name", "csm"}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, got csm"},
+      {{{"/method/name", 1}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, got 1"},
       {{{"/method", {{"name", "pssm"}, {"split", "log"}}}},
        "method.split: must be one of uniform, logarithmic, practical, explicit, got log"},
       {{{"/method", {{"name", "pssm"}, {"fit", "loose"}}}}, "method.fit: must be one of tight, slice, stable, got loose"},
@@ -628,8 +660,8 @@ TEST_F(Cli, MethodReplacesTheWholeObject) {
   EXPECT_EQ(untimed(answer(uniform, {"--method", "pssm"})), untimed(answer(usual())));
   // Also where what is replaced would be refused.
   EXPECT_EQ(untimed(answer(edited({{"/method", "broken"}}), {"--method", "pssm"})), untimed(answer(usual())));
-  EXPECT_EQ(refusal(solveText(usual().dump(), {"--method", "sdsm"})),
-            "gnomon: method.name: must be one of pssm, lloyd, lspsm, got sdsm: not built yet");
+  EXPECT_EQ(refusal(solveText(usual().dump(), {"--method", "auto"})),
+            "gnomon: method.name: must be one of pssm, lloyd, lspsm, sdsm, got auto: not built yet");
 }
 
 TEST_F(Cli, FileAndStandardInputGiveTheSame) {
@@ -741,14 +773,21 @@ TEST_F(Cli, MethodsListsEverySetting) {
   ASSERT_EQ(text.code, 0);
   ASSERT_EQ(json.code, 0);
   const Json list = Json::parse(json.out);
-  ASSERT_EQ(list.size(), 3u);
+  ASSERT_EQ(list.size(), 4u);
   const std::vector<std::pair<std::string, Json>> splitting = {
       {"split", "logarithmic"}, {"lambda", 0.5}, {"bias", 0.0}, {"splits", nullptr}, {"count", nullptr}};
   const std::vector<std::pair<std::string, std::vector<std::pair<std::string, Json>>>> methods = {
       {"pssm", {{"fit", "tight"}}},
       {"lloyd", {{"scheme", "zp+w"}, {"warp", "lispsm"}, {"eta", 0.0}, {"shares", "error"}, {"near_face", "own"}, {"rows", true}}},
-      {"lspsm",
-       {{"rows", "fitted"}, {"zeta", 0.25}, {"sigma", 0.5}, {"max_rows", 16}, {"max_columns", 2}, {"warp", "none"}, {"eta", 0.0}}}};
+      {"lspsm", {{"rows", "fitted"}, {"zeta", 0.25}, {"sigma", 0.5}, {"max_rows", 16}, {"max_columns", 2}, {"warp", "none"}, {"eta", 0.0}}},
+      {"sdsm",
+       {{"scheme", "logarithmic"},
+        {"norm", "max"},
+        {"bounds", "light_space"},
+        {"latency", 0.0},
+        {"hysteresis", 0.0},
+        {"quantise", false},
+        {"count", nullptr}}}};
   for (std::size_t m = 0; m < methods.size(); ++m) {
     EXPECT_EQ(list[m]["name"], methods[m].first);
     auto settings = m < 2 ? splitting : std::vector<std::pair<std::string, Json>>();  // rows have no slices

@@ -21,6 +21,7 @@ std::string fragment(int held, const std::string& hook, const std::string& body)
   return "#define GNOMON_MAX_PARTITIONS " + std::to_string(held) + R"(
 #include "gnomon.glsl"
 #include "gnomon_cast.glsl"
+#include "gnomon_sdsm.glsl"
 uniform highp sampler2D points;
 layout(location = 0) out vec4 result;
 )" + hook +

@@ -43,6 +43,9 @@ void enclose(std::span<const Camera> cameras, const Camera& axis, glm::dvec3 (&c
 // gl_FragCoord.z at a view depth > 0 (any, if orthographic): 0 to 1, from 1 to 0 for reversed depth.  [Zhang 2006, eq. 8 corrected]
 [[nodiscard]] double windowDepth(const Camera& camera, double viewDepth) noexcept;
 
+// The inverse: the view depth of a window depth.
+[[nodiscard]] double viewDepthAt(const Camera& camera, double windowDepth) noexcept;
+
 // How far two view depths near this one may lie apart and still share a float32 depth value: world units, >= 0.
 [[nodiscard]] double depthQuantum(const Camera& camera, double viewDepth) noexcept;
 

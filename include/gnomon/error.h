@@ -33,7 +33,7 @@ namespace GNOMON_EXPORT gnomon {
 // the light plane of 1 / w_i^2 at the least view depth on each light ray. Exact for a camera's volume and for one cut by half-spaces and
 // one receiver box, corners included as far as their faces are flat. Of several boxes a lower bound: the sum over boxes whose shadows'
 // rectangles on the light plane do not meet, never less than any box by itself. 0 where nothing is to be shadowed, or where a cut was
-// left out (Warning::regionSimplified).
+// left out (Warning::regionSimplified). Samples (gnomon/samples.h) are not looked at.
 [[nodiscard]] double limitTexels(const Region& region, const LightSpace& light) noexcept;
 
 // What one map comes to, or all of a solution's.

@@ -6,6 +6,8 @@
 //   slice   the paper's axis-aligned box in light space, whose y axis is the projected view direction; square viewports
 //   stable  a square as wide as the slice's diameter, in a light basis fixed to the world and snapped to texels from the double
 //           world origin: a static point keeps its texel while the camera moves; costs texels
+//   doubled a rectangle in that basis whose sides are a pixel's width at the near plane times powers of two, snapped likewise: texels of a
+//           static point change only when a side doubles or halves [Lauritzen 2010, "Temporal Coherence"]
 // Differences from the paper: see above; receivers always lie inside the depth range; slices are padded by what the camera's
 // depth buffer cannot tell apart and by the margins.
 // Shader part: none.
@@ -19,9 +21,9 @@
 
 namespace GNOMON_EXPORT gnomon {
 
-enum class FitMode : std::uint8_t { tight, slice, stable };
+enum class FitMode : std::uint8_t { tight, slice, stable, doubled };
 
-// The light space of a directional light. Its axes come from the view, except for stable, where the world fixes them.
+// The light space of a directional light. Its axes come from the view, except for stable and doubled, where the world fixes them.
 // Errors: lightDirection.
 [[nodiscard]] Status makeLightSpace(const DirectionalLight& light, const Region& region, FitMode mode, LightSpace& out) noexcept;
 

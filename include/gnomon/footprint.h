@@ -23,6 +23,9 @@ struct LightSpace {
   glm::dvec3 directionVs{0.0}, directionWs{0.0};  // unit, from the light to the scene
 };
 
+// The axis of the light plane that the world fixes; the other is its cross product with the direction (unit, from the light to the scene).
+[[nodiscard]] glm::dvec3 planeAxis(const glm::dvec3& directionWs) noexcept;
+
 inline constexpr int kMaxHull = 64;
 
 // What one map must hold, seen from the light.
@@ -45,7 +48,7 @@ struct Served {
   double pixels[kMaxHull];  // w_i there, world units
 };
 
-// Gathers the slices' footprints, each slice padded by the depth quantum and the blend band, and where `served` is not null the vertices
+// Gathers the slices' footprints, each slice padded by the depth quantum and the blend band and cut to where its samples lie, and where `served` is not null the vertices
 // that each serves. One of each for each slice. mayCopy: false where every hull must be its own.
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
                     bool mayCopy, Footprint* footprints, Served* served) noexcept;

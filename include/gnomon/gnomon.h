@@ -10,4 +10,6 @@
 #include "gnomon/lspsm.h"
 #include "gnomon/lookup.h"
 #include "gnomon/pssm.h"
+#include "gnomon/samples.h"
+#include "gnomon/sdsm.h"
 #include "gnomon/types.h"

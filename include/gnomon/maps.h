@@ -18,9 +18,15 @@ enum class Shares : std::uint8_t {
   error,  // so that every map ends with the same error  [Lloyd 2006, eq. 13 and 14 generalised]
 };
 
+// A rectangle of the light plane, in the light space of the solve.
+struct LightRectangle {
+  glm::dvec2 least, size;
+};
+
 struct MapSettings {
   FitMode fit = FitMode::tight;
   WarpSettings warp;  // of tight fits
+  const LightRectangle* rectangles = nullptr;  // for each slice, instead of the least one of a slice or doubled fit; null: none
   Shares shares = Shares::equal;
 };
 

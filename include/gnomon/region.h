@@ -1,7 +1,8 @@
 // region: what must be shadowed, as convex cells in view space and as the intervals of view depth they fill.
 //
 // The view volume up to the shadow distance, cut by the half-spaces and by the receivers' box; several boxes make a cell each. Nothing allocates: a cell that would overflow keeps what it had (it covers more) and says so.
-// Based on: [Zhang 2006, sec. 3.4] (focusing on what is shadow relevant), [Lauritzen 2010] (depth gaps are real).
+// Based on: [Zhang 2006, sec. 3.4] (focusing on what is shadow relevant), [Lauritzen 2010] (only what is
+// sampled needs shadow, and depth gaps are real).
 // Shader part: none.
 // Test: tests/region_test.cpp
 #pragma once
@@ -66,6 +67,8 @@ struct Region {
   double near = 0.0, far = 0.0;  // view depths of the shadowed volume, before receivers
   std::span<const Box> receivers;  // where there are several; a single one has cut the volume
   double reach = kInfinity;  // farthest point of a volume given by corners from the eye, world units
+  std::span<const SampleBounds> bounds;  // where samples lie on the light plane; none: anywhere
+  double latency = 0.0;  // room for them, world units
   double unevenness = 0.0;  // how far its faces are from flat, world units
   Cell volume;  // view volume, half-spaces and the only receiver; no vertices: empty
   int spanCount = 0;  // 0: nothing to shadow
@@ -73,8 +76,11 @@ struct Region {
   std::uint32_t warnings = 0;
 };
 
-// Builds the region of a frame whose camera is valid. Errors: corners, receiverBox, casterBox, halfSpace (index, value: what was refused).
+// Builds the region of a frame whose camera is valid. Errors: corners, receiverBox, casterBox, halfSpace, samples* (index, value: what was refused).
 [[nodiscard]] Status makeRegion(const Frame& frame, Region& region, int& index, double& value) noexcept;
+
+// The view depth where bin i of a histogram begins and bin i - 1 ends; ends are exact.
+[[nodiscard]] double binEdge(const Samples& samples, int i) noexcept;
 
 // How many cells the region has: one for each of several receiver boxes, or the volume alone.
 [[nodiscard]] int cellCount(const Region& region) noexcept;

@@ -73,6 +73,14 @@ enum class Status : std::uint8_t {
   rowsMaxRows,
   rowsMaxColumns,
   rowsReach,
+  samplesMissing,
+  samplesNear,
+  samplesFar,
+  samplesHistogram,
+  samplesWeights,
+  samplesBounds,
+  samplesLatency,
+  sdsmHysteresis,
   biasSlope,
   biasConstant,
   worldSpacePrecision,
@@ -137,6 +145,22 @@ struct Scene {
   std::span<const glm::dvec4> planes = {};  // half-spaces a x + b y + c z + d >= 0 that receivers keep to
 };
 
+// Where the samples of an interval of view depths lie on the light plane: light space of lightForSamples() (gnomon/samples.h).
+struct SampleBounds {
+  double near, far;  // view depths, near <= far
+  glm::dvec2 least, most;  // least <= most
+};
+
+// What the view samples: nothing else needs shadow [Lauritzen 2010]. gnomon/samples.h reduces a depth buffer to it.
+struct Samples {
+  double near = kInfinity, far = -kInfinity;  // least and greatest view depth sampled; as they stand, nothing was
+  std::span<const std::uint32_t> histogram =
+      {};  // samples in bins of equal ratio over [near, far]; empty ones need no shadow; none: all may
+  std::span<const double> weights = {};  // one for each bin: what an error there counts for optimal splits [>= 0]; none: 1
+  std::span<const SampleBounds> bounds = {};  // depths that none of them holds are not sampled; none given: anywhere in view
+  double latency = 0.0;  // world units that the camera may have moved since they were taken [>= 0]
+};
+
 // Room around what must be shadowed.
 struct Margin {
   double filter = 0.0;  // texels a filter reaches sideways [>= 0]
@@ -186,6 +210,7 @@ struct Frame {
   DirectionalLight light;
   ImageSize image;
   Scene scene;
+  const Samples* samples = nullptr;  // what the view samples; null: all of it
   Margin margin;
   ShadowMap shadowMap;
   Budget budget;

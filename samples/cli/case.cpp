@@ -412,7 +412,7 @@ void parseBudget(const Json& value, Budget& budget) {
   fields.numberIf("target_error", Status::budgetTargetError, budget.targetError);
 }
 
-const Words kLaterMethods = {"single", "sdsm", "auto"};
+const Words kLaterMethods = {"single", "auto"};
 const Words kSplitWords = {"uniform", "logarithmic", "practical", "explicit"};
 const Words kLloydSplitWords = {"uniform", "logarithmic", "practical", "explicit", "minimax"};
 const Words kFitWords = {"tight", "slice", "stable"};
@@ -421,11 +421,67 @@ const Words kWarpWords = {"none", "lispsm", "psm", "tsm", "eta", "least"};
 const Words kShareWords = {"equal", "error"};
 const Words kNearFaceWords = {"own", "stretched"};
 const Words kRowWords = {"paper", "fitted", "error"};
+const Words kSdsmWords = {"logarithmic", "kmeans", "adaptive", "optimal"};
+const Words kNormWords = {"max", "mean", "mean_square"};
+const Words kBoundsWords = {"none", "light_space"};
 
 // Sets an enumeration whose values stand in the order of their words.
 template <class Enum>
 void choiceIf(const Fields& fields, const std::string& key, const Words& words, Enum& value) {
   if (const int choice = fields.choice(key, words); choice >= 0) value = static_cast<Enum>(choice);
+}
+
+void parseSamples(const Json& value, Case& out) {
+  const Fields fields(value, "samples", {"near", "far", "histogram", "weights", "bounds"});
+  out.samples = std::make_unique<Samples>();
+  out.samples->near = fields.number("near", Status::samplesNear);
+  out.samples->far = fields.number("far", Status::samplesFar);
+  const std::string rule = statusRule(Status::samplesHistogram);
+  if (const Json* counts = fields.find("histogram")) {
+    if (!counts->is_array()) refuse("samples.histogram", rule, text(*counts));
+    for (std::size_t i = 0; i < counts->size(); ++i) {
+      const Json& count = (*counts)[i];
+      const double number = count.is_number() ? count.get<double>() : -1.0;
+      if (!(number >= 0.0 && number <= std::numeric_limits<std::uint32_t>::max() && number == std::floor(number)))
+        refuse("samples.histogram[" + std::to_string(i) + "]", rule, text(count));
+      out.histogram.push_back(static_cast<std::uint32_t>(number));
+    }
+    out.samples->histogram = out.histogram;
+  }
+  if (const Json* weights = fields.find("weights")) {
+    if (!weights->is_array()) refuse("samples.weights", statusRule(Status::samplesWeights), text(*weights));
+    out.weights.resize(weights->size());
+    Fields::toNumbers(*weights, "samples.weights", weights->size(), "", out.weights.data());
+    out.samples->weights = out.weights;
+  }
+  if (const Json* bounds = fields.find("bounds")) {
+    if (!bounds->is_array()) refuse("samples.bounds", statusRule(Status::samplesBounds), text(*bounds));
+    for (std::size_t i = 0; i < bounds->size(); ++i) {
+      const std::string name = "samples.bounds[" + std::to_string(i) + "]";
+      const Fields each((*bounds)[i], name, {"near", "far", "min", "max"});
+      SampleBounds& parsed = out.bounds.emplace_back();
+      parsed.near = each.number("near", Status::samplesBounds);
+      parsed.far = each.number("far", Status::samplesBounds);
+      Fields::toNumbers(each.need("min", statusRule(Status::samplesBounds)), each.field("min"), 2, "", &parsed.least.x);
+      Fields::toNumbers(each.need("max", statusRule(Status::samplesBounds)), each.field("max"), 2, "", &parsed.most.x);
+    }
+    out.samples->bounds = out.bounds;
+  }
+  out.frame.samples = out.samples.get();
+}
+
+// `count` of a method: a whole number, or automatic.
+void parseCount(const Fields& fields, int& number, bool& isAutomatic) {
+  const Json* count = fields.find("count");
+  if (!count) return;
+  const std::string rule = std::string(statusRule(Status::splitCount)) + ", or automatic";
+  if (*count == "automatic") {
+    isAutomatic = true;
+    return;
+  }
+  number = Fields::toWhole(*count, "method.count", rule);
+  // Zero stands for "as many as the budget allows" in the library, which a case says by leaving count out.
+  if (number <= 0) refuse("method.count", rule, std::to_string(number));
 }
 
 // Returns the place of the word that method.split has, or -1.
@@ -446,22 +502,78 @@ int parseSplit(const Fields& fields, const Words& words, SplitSettings& split, s
   } else if (isExplicit) {
     refuse("method.splits", "must be a list of view depths where method.split is explicit", "nothing");
   }
-  if (const Json* count = fields.find("count")) {
-    const std::string rule = std::string(statusRule(Status::splitCount)) + ", or automatic";
-    if (*count == "automatic") {
-      split.automatic = true;
-    } else {
-      split.count = Fields::toWhole(*count, "method.count", rule);
-      // Zero stands for "as many as the budget allows" in the library, which a case says by leaving count out.
-      if (split.count <= 0) refuse("method.count", rule, std::to_string(split.count));
-    }
-  }
+  parseCount(fields, split.count, split.automatic);
   return scheme;
 }
 
 void parseWarp(const Fields& fields, WarpSettings& warp) {
   choiceIf(fields, "warp", kWarpWords, warp.warp);
   fields.numberIf("eta", Status::warpEta, warp.eta);
+}
+
+void parseSdsm(const Fields& fields, Case& out) {
+  SdsmSettings& sdsm = out.sdsm;
+  choiceIf(fields, "scheme", kSdsmWords, sdsm.scheme);
+  choiceIf(fields, "norm", kNormWords, sdsm.norm);
+  choiceIf(fields, "bounds", kBoundsWords, sdsm.bounds);
+  if (fields.has("latency")) {
+    const double latency = fields.number("latency", Status::samplesLatency);
+    if (out.samples) out.samples->latency = latency;
+  }
+  fields.numberIf("hysteresis", Status::sdsmHysteresis, sdsm.hysteresis);
+  if (const Json* quantise = fields.find("quantise")) {
+    if (!quantise->is_boolean()) refuse("method.quantise", "must be true or false", wordOrText(*quantise));
+    sdsm.quantise = quantise->get<bool>();
+  }
+  parseCount(fields, sdsm.count, sdsm.automatic);
+}
+
+void parsePssm(const Fields& fields, Case& out) {
+  (void)parseSplit(fields, kSplitWords, out.pssm.split, out.splits);
+  choiceIf(fields, "fit", kFitWords, out.pssm.fit);
+}
+
+void parseLloyd(const Fields& fields, Case& out) {
+  LloydSettings& lloyd = out.lloyd;
+  lloyd.minimax = parseSplit(fields, kLloydSplitWords, lloyd.split, out.splits) == static_cast<int>(kSplitWords.size());
+  choiceIf(fields, "scheme", kSchemeWords, lloyd.scheme);
+  parseWarp(fields, lloyd.warp);
+  choiceIf(fields, "shares", kShareWords, lloyd.shares);
+  choiceIf(fields, "near_face", kNearFaceWords, lloyd.nearFace);
+  if (const Json* rows = fields.find("rows")) {
+    if (!rows->is_boolean()) refuse("method.rows", "must be true or false", text(*rows));
+    lloyd.rows = rows->get<bool>();
+  }
+}
+
+void parseLspsm(const Fields& fields, Case& out) {
+  RowSettings& rows = out.lspsm.rows;
+  choiceIf(fields, "rows", kRowWords, rows.rule);
+  fields.numberIf("zeta", Status::rowsZeta, rows.zeta);
+  fields.numberIf("sigma", Status::rowsSigma, rows.sigma);
+  fields.wholeIf("max_rows", Status::rowsMaxRows, rows.maxRows);
+  fields.wholeIf("max_columns", Status::rowsMaxColumns, rows.maxColumns);
+  parseWarp(fields, out.lspsm.warp);
+}
+
+// How a method reads its settings and solves.
+struct Engine {
+  const char* name;
+  void (*parse)(const Fields&, Case&);
+  Status (*solve)(const Case&, const Frame&, Solution&);
+};
+constexpr Engine kEngines[] = {
+    {"pssm", parsePssm, [](const Case& input, const Frame& frame, Solution& out) { return solvePssm(frame, input.pssm, out); }},
+    {"lloyd", parseLloyd, [](const Case& input, const Frame& frame, Solution& out) { return solveLloyd(frame, input.lloyd, out); }},
+    {"lspsm", parseLspsm, [](const Case& input, const Frame& frame, Solution& out) { return solveLspsm(frame, input.lspsm, out); }},
+    {"sdsm", parseSdsm,
+     [](const Case& input, const Frame& frame, Solution& out) {
+       SdsmState state;  // of one frame: hysteresis has nothing to remember
+       return solveSdsm(frame, input.sdsm, state, out);
+     }},
+};
+const Engine& engineOf(const Case& input) {
+  return *std::find_if(std::begin(kEngines), std::end(kEngines), [&](const Engine& engine) { return input.method == engine.name; });
 }
 
 void parseMethod(const Json& value, Case& out) {
@@ -480,31 +592,7 @@ void parseMethod(const Json& value, Case& out) {
   Words allowed = {"name"};
   for (const Setting& setting : method->settings) allowed.push_back(setting.name);
   const Fields fields(value, "method", allowed);
-  if (out.method == "pssm") {
-    (void)parseSplit(fields, kSplitWords, out.pssm.split, out.splits);
-    choiceIf(fields, "fit", kFitWords, out.pssm.fit);
-    return;
-  }
-  if (out.method == "lspsm") {
-    RowSettings& rows = out.lspsm.rows;
-    choiceIf(fields, "rows", kRowWords, rows.rule);
-    fields.numberIf("zeta", Status::rowsZeta, rows.zeta);
-    fields.numberIf("sigma", Status::rowsSigma, rows.sigma);
-    fields.wholeIf("max_rows", Status::rowsMaxRows, rows.maxRows);
-    fields.wholeIf("max_columns", Status::rowsMaxColumns, rows.maxColumns);
-    parseWarp(fields, out.lspsm.warp);
-    return;
-  }
-  LloydSettings& lloyd = out.lloyd;
-  lloyd.minimax = parseSplit(fields, kLloydSplitWords, lloyd.split, out.splits) == static_cast<int>(kSplitWords.size());
-  choiceIf(fields, "scheme", kSchemeWords, lloyd.scheme);
-  parseWarp(fields, lloyd.warp);
-  choiceIf(fields, "shares", kShareWords, lloyd.shares);
-  choiceIf(fields, "near_face", kNearFaceWords, lloyd.nearFace);
-  if (const Json* rows = fields.find("rows")) {
-    if (!rows->is_boolean()) refuse("method.rows", "must be true or false", text(*rows));
-    lloyd.rows = rows->get<bool>();
-  }
+  engineOf(out).parse(fields, out);
 }
 
 // A part of a dotted path as a place in a list, or -1.
@@ -614,7 +702,6 @@ Case parseCase(Json root) {
   const Fields fields(
       out.json, "",
       {"id", "camera", "corners", "light", "image", "scene", "samples", "margin", "shadow_depth", "bias", "fade", "method", "budget"});
-  if (fields.has("samples")) throw Refusal("samples: must be left out: no method reads samples yet");
   if (const Json* id = fields.find("id")) {
     if (!id->is_string()) refuse("id", "must be text", text(*id));
     out.id = id->get<std::string>();
@@ -633,6 +720,7 @@ Case parseCase(Json root) {
   }
   parseLight(fields.need("light", "must be an object"), frame.light);
   if (const Json* scene = fields.find("scene")) parseScene(*scene, out);
+  if (const Json* samples = fields.find("samples")) parseSamples(*samples, out);
   if (const Json* margin = fields.find("margin")) parseMargin(*margin, frame.margin);
   frame.shadowMap.depth = depthConvention(fields, "shadow_depth", frame.shadowMap.depth);
   if (const Json* bias = fields.find("bias")) {
@@ -664,6 +752,7 @@ std::string refusalText(const Case& input, const Solution& solution) {
   std::string got = shortest(solution.refusedValue);
   if (at)
     if (const std::string given = wordOrText(*at); given.size() <= kLongestText) got = given;
+  if (solution.status == Status::samplesMissing) got = "nothing";
   if (solution.status == Status::floatRange)
     got = "near " + shortest(input.frame.camera.near) + " and far " + shortest(input.frame.camera.far);
   return name + ": " + statusRule(solution.status) + ", got " + got;
@@ -673,12 +762,13 @@ const std::vector<Method>& methods() {
   static const std::vector<Method> list = [] {
     const auto word = [](const Words& words, auto value) { return words[static_cast<std::size_t>(value)]; };
     const SplitSettings split;
+    const Setting countSetting{"count", "whole number in [1, budget.partitions], or automatic", nullptr,
+                               "slices; left out: as many as the budget allows; automatic: the fewest that meet budget.target_error"};
     const std::vector<Setting> planes = {
         {"lambda", "number in [0, 1]", split.lambda, "practical: weight of the logarithmic planes"},
         {"bias", "number >= 0", split.bias, "practical: added to the interior planes, world units"},
         {"splits", "list of view depths, strictly increasing", nullptr, "explicit: the interior planes (needed there, refused elsewhere)"},
-        {"count", "whole number in [1, budget.partitions], or automatic", nullptr,
-         "slices; left out: as many as the budget allows; automatic: the fewest that meet budget.target_error"},
+        countSetting,
     };
     const PssmSettings pssm;
     const LloydSettings lloyd;
@@ -697,6 +787,7 @@ const std::vector<Method>& methods() {
       all.insert(all.end(), more.begin(), more.end());
       return all;
     };
+    const SdsmSettings sdsm;
     return std::vector<Method>{
         {"pssm", "parallel-split shadow maps: one map for each slice of view depth [Zhang 2006]",
          add(splitting(kSplitWords, "how the slices share the depth range"),
@@ -720,6 +811,16 @@ const std::vector<Method>& methods() {
               {"max_rows", "whole number in [1, 16]", lspsm.rows.maxRows, "rows at most; they and the columns fit the budget's maps"},
               {"max_columns", "whole number in [1, 16]", lspsm.rows.maxColumns, "columns of a row at most: they give way first"}},
              warping(lspsm.warp))},
+        {"sdsm",
+         "slices where the view's samples are (the case's `samples`), each map cut to its own [Lauritzen 2010]",
+         {{"scheme", join(kSdsmWords), word(kSdsmWords, sdsm.scheme),
+           "equal ratios over what is sampled; clusters; equal ratios that skip gaps; the least norm of the error"},
+          {"norm", join(kNormWords), word(kNormWords, sdsm.norm), "optimal: of the error over the samples"},
+          {"bounds", join(kBoundsWords), word(kBoundsWords, sdsm.bounds), "whether samples.bounds cut the maps"},
+          {"latency", "number >= 0", Samples{}.latency, "world units that the camera may have moved since the samples were taken"},
+          {"hysteresis", "number in [0, 1]", sdsm.hysteresis, "how far splits and maps may be off before they are taken anew, by share"},
+          {"quantise", "false, true", sdsm.quantise, "sides of maps grow and shrink by powers of two, snapped to texels"},
+          countSetting}},
     };
   }();
   return list;
@@ -727,10 +828,6 @@ const std::vector<Method>& methods() {
 
 const std::string& warpName(Warp warp) { return kWarpWords[static_cast<std::size_t>(warp)]; }
 
-Status solve(const Case& input, const Frame& frame, Solution& solution) {
-  if (input.method == "lloyd") return solveLloyd(frame, input.lloyd, solution);
-  if (input.method == "lspsm") return solveLspsm(frame, input.lspsm, solution);
-  return solvePssm(frame, input.pssm, solution);
-}
+Status solve(const Case& input, const Frame& frame, Solution& solution) { return engineOf(input).solve(input, frame, solution); }
 
 }  // namespace gnomon::cli

@@ -5,6 +5,8 @@
 // Test: tests/cli_test.cpp
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -14,6 +16,7 @@
 #include "gnomon/lloyd.h"
 #include "gnomon/lspsm.h"
 #include "gnomon/pssm.h"
+#include "gnomon/sdsm.h"
 
 namespace gnomon::cli {
 
@@ -39,12 +42,16 @@ struct Case {
   PssmSettings pssm;
   LloydSettings lloyd;
   LspsmSettings lspsm;
+  SdsmSettings sdsm;
   Json json;  // what was read, for the text of refusals
 
   std::vector<Box> receivers, casters;
   std::vector<glm::dvec4> planes;
   std::vector<glm::dvec3> corners;
-  std::vector<double> splits;
+  std::vector<double> splits, weights;
+  std::vector<std::uint32_t> histogram;
+  std::vector<SampleBounds> bounds;
+  std::unique_ptr<Samples> samples;  // at an address that a move keeps
 };
 
 // Parses JSON text; numbers too large for a double, keys given twice and anything that is not JSON are refused.

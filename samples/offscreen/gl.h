@@ -17,10 +17,10 @@
   X(BindBuffer)                                                                                                                            \
   X(BindBufferBase) X(BindFramebuffer) X(BindTexture) X(BindVertexArray) X(BufferData) X(BufferSubData) X(CheckFramebufferStatus) X(Clear) \
       X(ClearBufferfv) X(ClearBufferuiv) X(ClearDepth) X(ClipControl) X(CompileShader) X(CreateProgram) X(CreateShader) X(DeleteBuffers)   \
-          X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(Disable)           \
+          X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(Disable) X(DispatchCompute) \
               X(DrawArrays) X(DrawBuffer) X(DrawBuffers) X(DrawElements) X(DrawElementsInstanced) X(Enable) X(EnableVertexAttribArray)     \
                   X(Finish) X(FramebufferTexture) X(FramebufferTexture2D) X(FramebufferTextureLayer) X(GenBuffers) X(GenFramebuffers)      \
-                      X(GenTextures) X(GenVertexArrays) X(GetActiveUniformsiv) X(GetError) X(GetIntegerv) X(GetProgramInfoLog)             \
+                      X(GenTextures) X(GenVertexArrays) X(GetBufferSubData) X(MemoryBarrier) X(GetActiveUniformsiv) X(GetError) X(GetIntegerv) X(GetProgramInfoLog)             \
                           X(GetProgramiv) X(GetShaderInfoLog) X(GetShaderiv) X(GetString) X(GetTexImage) X(GetUniformBlockIndex)           \
                               X(GetUniformIndices) X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadBuffer) X(ReadPixels)         \
                                   X(Scissor) X(ShaderSource) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(Uniform1f) X(Uniform1i)        \

@@ -56,4 +56,99 @@ void manyReceivers(benchmark::State& state) {
 }
 BENCHMARK(manyReceivers)->Arg(2)->Arg(16)->Arg(100);
 
+// Samples of every depth, more of them farther away. norm, and whether a half-space cuts the region.
+void optimalSplits(benchmark::State& state, SampleNorm norm) {
+  Frame frame = usualFrame();
+  const glm::dvec4 plane{0.0, 1.0, 0.0, -0.01};
+  if (state.range(0) != 0) frame.scene.planes = {&plane, 1};
+  std::vector<std::uint32_t> histogram;
+  for (std::uint32_t i = 0; i < 256; ++i) histogram.push_back(1 + i * (i * 2654435761u >> 24));
+  Samples samples{.near = 0.2, .far = 90.0, .histogram = histogram};
+  frame.samples = &samples;
+  Region region;
+  LightSpace light;
+  Solution solution;
+  if (beginSolve(frame, {}, FitMode::doubled, region, light, solution) != Status::ok) state.SkipWithError("refused");
+  auto bins = std::make_unique<SampleBins>();
+  int first[kMaxPartitions];
+  for (auto _ : state) {
+    makeBins(frame, region, light, *bins);
+    benchmark::DoNotOptimize(splitOptimally(*bins, norm, 4, 0.0, first, nullptr));
+  }
+}
+BENCHMARK_CAPTURE(optimalSplits, max, SampleNorm::max)->Arg(0)->Arg(1);
+BENCHMARK_CAPTURE(optimalSplits, mean, SampleNorm::mean)->Arg(0)->Arg(1);
+BENCHMARK_CAPTURE(optimalSplits, meanSquare, SampleNorm::meanSquare)->Arg(0)->Arg(1);
+
+void sdsm(benchmark::State& state, SdsmScheme scheme) {
+  Frame frame = usualFrame();
+  const Samples samples{.near = 0.2, .far = 90.0};
+  frame.samples = &samples;
+  auto solution = std::make_unique<Solution>();
+  SdsmState held;
+  for (auto _ : state) {
+    if (solveSdsm(frame, {.scheme = scheme}, held, *solution) != Status::ok) state.SkipWithError("refused");
+    benchmark::DoNotOptimize(*solution);
+  }
+}
+BENCHMARK_CAPTURE(sdsm, logarithmic, SdsmScheme::logarithmic);
+BENCHMARK_CAPTURE(sdsm, optimal, SdsmScheme::optimal);
+
+// A depth buffer of 1920 x 1080 with a part of sky in each row: all of its words summed, and what is read from it.
+std::vector<float> depthBuffer(const Camera& camera) {
+  std::vector<float> depths(1920 * 1080);
+  for (std::size_t i = 0; i < depths.size(); ++i)
+    depths[i] =
+        i % 1920 > 1400 ? 1.0f : static_cast<float>(windowDepth(camera, 0.5 + static_cast<double>(i * 2654435761u % 90000u) / 1000.0));
+  return depths;
+}
+
+void depthRead(benchmark::State& state) {
+  const std::vector<float> depths = depthBuffer(usualFrame().camera);
+  const auto* words = reinterpret_cast<const std::uint32_t*>(depths.data());
+  for (auto _ : state) {
+    std::uint32_t sum = 0;
+    for (std::size_t i = 0; i < depths.size(); ++i) sum += words[i];
+    benchmark::DoNotOptimize(sum);
+  }
+}
+BENCHMARK(depthRead)->Unit(benchmark::kMicrosecond);
+
+void depthRange(benchmark::State& state) {
+  const Frame frame = usualFrame();
+  const std::vector<float> depths = depthBuffer(frame.camera);
+  for (auto _ : state) {
+    double near, far;
+    sampleRange(frame.camera, {depths.data(), 1920, 1080, 1920}, near, far);
+    benchmark::DoNotOptimize(near + far);
+  }
+}
+BENCHMARK(depthRange)->Unit(benchmark::kMicrosecond);
+
+void depthHistogram(benchmark::State& state) {
+  const Frame frame = usualFrame();
+  const std::vector<float> depths = depthBuffer(frame.camera);
+  std::vector<float> edges(257);
+  std::vector<std::uint32_t> counts(256);
+  windowEdges(frame.camera, 0.1, 100.0, edges);
+  for (auto _ : state) {
+    sampleHistogram(frame.camera, {depths.data(), 1920, 1080, 1920}, edges, counts);
+    benchmark::DoNotOptimize(counts.data());
+  }
+}
+BENCHMARK(depthHistogram)->Unit(benchmark::kMicrosecond);
+
+void depthBounds(benchmark::State& state) {
+  const Frame frame = usualFrame();
+  const std::vector<float> depths = depthBuffer(frame.camera);
+  glm::dmat3 lsFromView;
+  if (lightForSamples(frame, lsFromView) != Status::ok) state.SkipWithError("refused");
+  for (auto _ : state) {
+    SampleBounds bounds[4] = {{0.5, 2.0, {}, {}}, {2.0, 7.0, {}, {}}, {7.0, 25.0, {}, {}}, {25.0, 90.5, {}, {}}};
+    sampleBounds(frame.camera, {depths.data(), 1920, 1080, 1920}, lsFromView, bounds);
+    benchmark::DoNotOptimize(bounds);
+  }
+}
+BENCHMARK(depthBounds)->Unit(benchmark::kMicrosecond);
+
 }  // namespace

@@ -1,0 +1,177 @@
+#include "gnomon/sdsm.h"
+
+#include "gnomon/atlas.h"
+#include "gnomon/cast.h"
+#include "gnomon/fit.h"
+#include "gnomon/frame.h"
+#include "numeric.h"
+
+namespace gnomon {
+namespace {
+
+// The interior planes of `count` slices, or fewer. target, error: of optimal ones, in world units over pixel widths.
+int findPlanes(const Frame& frame, const Region& region, const SdsmSettings& settings, const SampleBins& bins, int count, double target,
+               double* planes, double& error) noexcept {
+  const double near = region.spans[0].near, far = region.spans[region.spanCount - 1].far;
+  int first[kMaxPartitions], made = count;
+  if (settings.scheme == SdsmScheme::adaptive) {
+    Splits splits;
+    double refused = 0.0;
+    (void)split(region, {}, count, splits, refused);
+    for (int i = 1; i < splits.count; ++i) planes[i - 1] = splits.slices[i].near;
+    return splits.count - 1;
+  }
+  if (settings.scheme == SdsmScheme::kmeans || settings.scheme == SdsmScheme::optimal) {
+    double errors[kMaxPartitions];
+    made = settings.scheme == SdsmScheme::kmeans ? splitByMeans(bins, count, first)
+                                                 : splitOptimally(bins, settings.norm, count, target, first, errors);
+    error = made > 0 ? errors[made - 1] : 0.0;
+    const Samples& samples = *frame.samples;  // exactly where its spans begin
+    for (int i = 1; i < made; ++i)
+      planes[i - 1] = samples.histogram.empty() ? bins.near[first[i]] : binEdge(samples, bins.place[first[i]] * bins.joined);
+    return std::max(made - 1, 0);
+  }
+  const bool isRatio = region.camera.projection == Projection::perspective;
+  for (int i = 1; i < made; ++i) {
+    const double share = static_cast<double>(i) / made;
+    planes[i - 1] = isRatio ? near * std::pow(far / near, share) : near + (far - near) * share;
+  }
+  return made - 1;
+}
+
+// The planes of the frame before, while they are near enough to the new ones.
+void holdPlanes(const Region& region, double hysteresis, SdsmState& state, double* planes, int count) noexcept {
+  const double near = region.spans[0].near, far = region.spans[region.spanCount - 1].far;
+  const bool isRatio = region.camera.projection == Projection::perspective;
+  const auto apart = [&](double a, double b) { return isRatio ? std::abs(std::log(a / b)) : std::abs(a - b); };
+  const double most = hysteresis * apart(far, near) / (count + 1);
+  bool isHeld = hysteresis > 0.0 && state.splitCount == count;
+  for (int i = 0; i < count && isHeld; ++i) isHeld = apart(state.splits[i], planes[i]) <= most;
+  if (isHeld) {
+    std::copy_n(state.splits, count, planes);
+    return;
+  }
+  std::copy_n(planes, count, state.splits);
+  state.splitCount = count;
+}
+
+// The rectangles of the frame before, while they hold the new ones and are not much larger.
+void holdRectangles(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, double hysteresis,
+                    SdsmState& state, LightRectangle* rectangles) noexcept {
+  Footprint footprints[kMaxPartitions];
+  makeFootprints(region, light, splits, frame.margin, needsViewDepth(region, splits), false, footprints, nullptr);
+  const glm::dvec2 eye(light.lsFromWorld * glm::dvec4(region.eyeWs, 0.0));
+  if (state.mapCount != splits.count) std::fill_n(state.maps, kMaxPartitions, LightRectangle{glm::dvec2(0.0), glm::dvec2(0.0)});
+  state.mapCount = splits.count;
+  for (int i = 0; i < splits.count; ++i) {
+    glm::dvec2 least(kInfinity), most(-kInfinity);
+    for (int v = 0; v < footprints[i].count; ++v) {
+      least = glm::min(least, footprints[i].hull[v]);
+      most = glm::max(most, footprints[i].hull[v]);
+    }
+    const double pixel = region.pixelSlope * splits.slices[i].near + region.pixelBase;
+    glm::dvec2 size = footprints[i].count > 0 ? glm::max(most - least, glm::dvec2(pixel)) : glm::dvec2(pixel);
+    least = footprints[i].count > 0 ? (least + most - size) / 2.0 + eye : eye;
+    LightRectangle& held = state.maps[i];
+    bool isHeld = true;
+    for (int axis = 0; axis < 2; ++axis)
+      isHeld = isHeld && held.least[axis] <= least[axis] && held.least[axis] + held.size[axis] >= least[axis] + size[axis] &&
+               held.size[axis] <= size[axis] * (1.0 + hysteresis);
+    if (!isHeld) held = {least - size * (hysteresis / 4.0), size * (1.0 + hysteresis / 2.0)};
+    rectangles[i] = {held.least - eye, held.size};
+  }
+}
+
+}  // namespace
+
+Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept {
+  Frame whole = frame;
+  whole.samples = nullptr;
+  Region region;
+  LightSpace light;
+  int index = -1;
+  double value = 0.0;
+  if (const Status status = validate(whole, value); status != Status::ok) return status;
+  if (const Status status = makeRegion(whole, region, index, value); status != Status::ok) return status;
+  if (const Status status = makeLightSpace(whole.light, region, FitMode::doubled, light); status != Status::ok) return status;
+  const Camera& camera = region.camera;
+  const bool isPerspective = camera.projection == Projection::perspective;
+  const double x = std::max(camera.left, camera.right), y = std::max(camera.down, camera.up);
+  Splits all;
+  all.count = 1;
+  all.slices[0] = {region.near, region.far};
+  Footprint footprint;
+  makeFootprints(region, light, all, {}, true, false, &footprint, nullptr);
+  MapFit fit = fitSlice(region, footprint, FitMode::slice, region.pixelSlope * region.near + region.pixelBase);
+  constexpr double kRounding = 1.5 / 1048576.0;  // of bounds and of the matrix: float32 products of a few factors
+  const double room = kRounding * footprint.reach;
+  fit.depthNear -= room;
+  fit.depthFar += room;
+  extendToCasters(frame.scene.casters, region, light, fit);
+  const glm::dmat4 clip = glm::transpose(cropMatrix(frame, light, glm::dvec3(0.0), fit)), ls = glm::transpose(light.lsFromWorld);
+  const double margin = frame.margin.filter + frame.margin.normalOffset;
+  constexpr double kDepthRounding = 2.0 / 8388608.0;  // as depthQuantum has it
+  setup = {
+      .lsX = glm::vec4(ls[0]),
+      .lsY = glm::vec4(ls[1]),
+      .clipZ = glm::vec4(clip[2]),
+      .rays = glm::vec4(glm::dvec4(isPerspective ? std::sqrt(x * x + y * y + 1.0) : 1.0, kRounding, region.pixelSlope, region.pixelBase)),
+      .depth = glm::vec4(glm::dvec4(region.near, region.far, kDepthRounding, frame.samples ? frame.samples->latency : 0.0)),
+      .tests = glm::vec4(glm::dvec4(frame.shadowMap.style == ClipStyle::direct3d ? -1.0 : 1.0,
+                                    frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0, margin,
+                                    frame.shadowMap.depth == DepthConvention::negativeOneToOne ? 1.0 : 0.0))};
+  return Status::ok;
+}
+
+Status solveSdsm(const Frame& frame, const SdsmSettings& settings, SdsmState& state, Solution& solution) noexcept {
+  Region region;
+  LightSpace light;
+  const bool isHeld = settings.hysteresis > 0.0;
+  const FitMode fit = settings.quantise ? FitMode::doubled : isHeld ? FitMode::slice : FitMode::tight;
+  SplitSettings splitting;
+  splitting.count = settings.count;
+  if (beginSolve(frame, splitting, FitMode::doubled, region, light, solution) != Status::ok) return solution.status;
+  if (!frame.samples) return refuse(solution, Status::samplesMissing);
+  solution.refusedValue = settings.hysteresis;
+  if (!(settings.hysteresis >= 0.0 && settings.hysteresis <= 1.0)) return refuse(solution, Status::sdsmHysteresis);
+  solution.refusedValue = 0.0;
+  if (!settings.bounds) region.bounds = {};
+
+  SdsmState next = state;
+  if (next.directionWs != light.directionWs) next = {.directionWs = light.directionWs};
+  SampleBins bins;
+  const bool isOptimal = settings.scheme == SdsmScheme::optimal;
+  if (region.spanCount > 0 && (isOptimal || settings.scheme == SdsmScheme::kmeans)) makeBins(frame, region, light, bins);
+  const int most = settings.automatic || settings.count == 0 ? frame.budget.partitions : settings.count;
+  const bool isCounting = settings.automatic && !isOptimal;
+  // Where maps share a total, the more there are the fewer texels each has: the target is for the most.
+  const double target = settings.automatic ? frame.budget.targetError * std::sqrt(texelsPerMap(frame.budget, most)) : 0.0;
+  double error = 0.0;
+  for (int count = isCounting ? 1 : most;; ++count) {
+    clear(solution);
+    Splits splits;
+    if (region.spanCount > 0) {
+      double planes[kMaxPartitions], refused = 0.0;
+      const int planeCount = findPlanes(frame, region, settings, bins, count, target, planes, error);
+      holdPlanes(region, settings.hysteresis, next, planes, planeCount);
+      splitting.scheme = SplitScheme::explicitDepths;
+      splitting.depths = {planes, static_cast<std::size_t>(planeCount)};
+      if (const Status status = split(region, splitting, count, splits, refused); status != Status::ok) return refuse(solution, status);
+    }
+    MapSettings making{.fit = fit, .warp = {}};
+    LightRectangle rectangles[kMaxPartitions];
+    if (isHeld) {
+      holdRectangles(frame, region, light, splits, settings.hysteresis, next, rectangles);
+      making.rectangles = rectangles;
+    }
+    if (const Status status = makeMaps(frame, region, light, splits, making, solution); status != Status::ok)
+      return refuse(solution, status);
+    if (!isCounting || solution.maxError <= frame.budget.targetError || count == most) break;
+  }
+  if (settings.automatic && (isOptimal ? error > target : solution.maxError > frame.budget.targetError))
+    solution.warnings |= static_cast<std::uint32_t>(Warning::targetMissed);
+  state = next;
+  return Status::ok;
+}
+
+}  // namespace gnomon

@@ -251,7 +251,7 @@ TEST_F(CheckFiles, AnEditedBlockIsNamedByItsMember) {
             "`vec4 sunDirection` where the library has `vec4 lightDirection`"},
            {"uvec4 info;", "vec4 info;", "vec4 info;", "`vec4 info` where the library has `uvec4 info`"},
            {"vec4 viewStart[4];", "vec4 viewStart[2];", "vec4 viewStart[2];",
-            "`partitions` is read at byte " + bytes(offsetof(GnomonBlock, partitions) - 2 * more)},
+            "`rowAlong` is read at byte " + bytes(offsetof(GnomonBlock, rowAlong) - 2 * more)},
            {"vec4 uvBounds;", "mat4 uvBounds;", "mat4 uvBounds;",
             "`interval` is read at byte " + bytes(offsetof(GnomonBlock, partitions) + offsetof(GnomonPartition, interval) + 3 * more)},
            {"GnomonPartition partitions[GNOMON_MAX_PARTITIONS];", "GnomonPartition partitions[GNOMON_MAX_PARTITIONS]; vec4 fog;",

@@ -7,7 +7,8 @@
 //              depth at the pixel, those after it read the level before (32-bit float targets):
 //                vec4 all; GNOMON_REDUCE_TILE(all, ivec2(gl_FragCoord.xy), size, VALUE)
 //              compute, 16 x 16 to a group, into a buffer of zeros:
-//                shared vec4 scratch[256]; GNOMON_REDUCE_GROUP(scratch, value) GNOMON_JOIN(extremes, scratch[0])
+//                shared vec4 scratch[256]; uint at = gl_LocalInvocationIndex;
+//                GNOMON_REDUCE_GROUP(scratch, at, value) if (at == 0u) GNOMON_JOIN(extremes, scratch[0])
 //              histogram: bin = gnomonBin of a depth by edges of gnomon/samples.h; count in shared memory, then in the buffer
 // view:        GnomonSampleView is what gnomon::sampleView() fills, as uniforms
 // cost:        a pass over the depth buffer for each reduction
@@ -59,8 +60,8 @@ bool gnomonHasBegun(vec4 law, float edge, float depth) { return law.z * edge <= 
 // all: a vec4; tile: which; size: of the level that is reduced; VALUE(pixel): of one of its pixels.
 #define GNOMON_REDUCE_TILE(all, tile, size, VALUE) { all = gnomonNothing; ivec2 from_ = (tile) * 16, to_ = min(from_ + 16, size); for (int y_ = from_.y; y_ < to_.y; ++y_) for (int x_ = from_.x; x_ < to_.x; ++x_) all = max(all, VALUE(ivec2(x_, y_))); }
 
-// scratch: a shared vec4[256]; leaves the maximum over a group of 256 in scratch[0].
-#define GNOMON_REDUCE_GROUP(scratch, value) { uint at_ = gl_LocalInvocationIndex; scratch[at_] = value; barrier(); for (uint step_ = 128u; step_ > 0u; step_ /= 2u) { if (at_ < step_) scratch[at_] = max(scratch[at_], scratch[at_ + step_]); barrier(); } }
+// scratch: a shared vec4[256]; at: gl_LocalInvocationIndex, a variable; leaves the maximum over a group of 256 in scratch[0].
+#define GNOMON_REDUCE_GROUP(scratch, at, value) { scratch[at] = value; barrier(); for (uint step_ = 128u; step_ > 0u; step_ /= 2u) { if (at < step_) scratch[at] = max(scratch[at], scratch[at + step_]); barrier(); } }
 
 // target: a uvec4 of a buffer, of zeros before the first: of the maxima so far.
 #define GNOMON_JOIN(target, value) { uvec4 ordered_ = gnomonOrdered(value); atomicMax(target.x, ordered_.x); atomicMax(target.y, ordered_.y); atomicMax(target.z, ordered_.z); atomicMax(target.w, ordered_.w); }

@@ -124,22 +124,7 @@ GnomonPartition gnomonFitSlice(GnomonSdsmSetup setup, vec4 law, GnomonPartition 
 
 // Writes a block from the maxima of the whole view and of each of `count` slices (1 to GNOMON_MAX_PARTITIONS). Empty slices vanish; selection is
 // by view depth.
-#define GNOMON_FINISH(made, place, setup, law, extremes, bounds, count) { \
-  made.atlas = place.atlas; made.origin = place.origin; made.originRest = place.originRest; made.lightDirection = place.lightDirection; \
-  made.viewPlane = place.viewPlane; made.depthRule = place.depthRule; made.bias = place.bias; \
-  for (int i_ = 0; i_ < 4; ++i_) { made.windowStart[i_] = vec4(3e38); made.viewStart[i_] = vec4(3e38); } \
-  vec2 range_ = gnomonShadowedRange(setup, law, extremes); \
-  int made_ = 0; \
-  for (int i_ = 0; i_ < (count) && range_.x <= range_.y; ++i_) { \
-    if (bounds[i_].x == 0u) continue; \
-    vec2 joined_ = vec2(i_ > 0 && bounds[max(i_ - 1, 0)].x != 0u ? 1.0 : 0.0, i_ + 1 < (count) && bounds[min(i_ + 1, (count) - 1)].x != 0u ? 1.0 : 0.0); \
-    made.partitions[made_] = gnomonFitSlice(setup, law, place.partitions[i_], place.viewPlane, gnomonSlice(law, range_, i_, count), joined_, gnomonUnordered(bounds[i_])); \
-    made.viewStart[made_ / 4][made_ % 4] = made.partitions[made_].interval.x; \
-    made.windowStart[made_ / 4][made_ % 4] = made.partitions[made_].interval.z; \
-    ++made_; \
-  } \
-  made.info = uvec4(uint(made_), place.info.y | GNOMON_FLAG_VIEW_DEPTH, place.info.z, place.info.w); \
-}
+#define GNOMON_FINISH(made, place, setup, law, extremes, bounds, count) { made.atlas = place.atlas; made.origin = place.origin; made.originRest = place.originRest; made.lightDirection = place.lightDirection; made.viewPlane = place.viewPlane; made.depthRule = place.depthRule; made.bias = place.bias; for (int i_ = 0; i_ < 4; ++i_) { made.windowStart[i_] = vec4(3e38); made.viewStart[i_] = vec4(3e38); } vec2 range_ = gnomonShadowedRange(setup, law, extremes); int made_ = 0; for (int i_ = 0; i_ < (count) && range_.x <= range_.y; ++i_) { if (bounds[i_].x == 0u) continue; vec2 joined_ = vec2(i_ > 0 && bounds[max(i_ - 1, 0)].x != 0u ? 1.0 : 0.0, i_ + 1 < (count) && bounds[min(i_ + 1, (count) - 1)].x != 0u ? 1.0 : 0.0); made.partitions[made_] = gnomonFitSlice(setup, law, place.partitions[i_], place.viewPlane, gnomonSlice(law, range_, i_, count), joined_, gnomonUnordered(bounds[i_])); made.viewStart[made_ / 4][made_ % 4] = made.partitions[made_].interval.x; made.windowStart[made_ / 4][made_ % 4] = made.partitions[made_].interval.z; ++made_; } made.info = uvec4(uint(made_), place.info.y | GNOMON_FLAG_VIEW_DEPTH, place.info.z, place.info.w); }
 
 // Half-spaces of a partition's map, dot(xyz, world - origin) + w >= 0, with which an indirect draw's kernel tests boxes: its sides, i = 0 to
 // 3. Lengths are not unit.

@@ -13,6 +13,8 @@ layout(location = 0) out vec4 colour;
 
 float gnomonCompare(int map, vec2 uv, float layer, float depth) { return texture(shadowMaps, vec4(uv, layer, depth)); }
 
+vec4 levelAt(ivec2 pixel) { return vec4(pixel, pixel); }
+
 void main() {
   float viewDepth = gnomonViewDepth(gnomon, world);
   int index = gnomonSelect(gnomon, gl_FragCoord.z, world);
@@ -28,16 +30,16 @@ void main() {
   vec4 position = gnomonCastAtlas(gnomon, 0, world) + gnomonCastFlat(gnomonCastPosition(gnomon, 0, world)) + gnomonCastClip(gnomon, 0, world);
   float depth = gnomonCastDepth(gnomonCastWindowDepth(gnomon, 0, world)) + float(gnomonCastLayer(gnomon, 0));
   vec4 law = vec4(viewDepth, 0.0, 1.0, 1.0), extremes = gnomonExtremes(law, gl_FragCoord.z), all;
-#define GNOMON_TRANSLATE_VALUE(pixel) (gnomonBoundsOf(law, gnomonSamplePosition(law, law, extremes, masked, pixel, gl_FragCoord.z), gl_FragCoord.z, gnomonSliceDepths(law, gnomonSlice(law, max(gnomonSampledRange(law, extremes), gnomonShadowedRange(GnomonSdsmSetup(law, law, law, law, law, law), law, extremes)), index, 4))))
-  GNOMON_REDUCE_TILE(all, ivec2(gl_FragCoord.xy), ivec2(100), GNOMON_TRANSLATE_VALUE)
+  vec4 value = gnomonBoundsOf(law, gnomonSamplePosition(law, law, extremes, masked, ivec2(index), gl_FragCoord.z), gl_FragCoord.z, gnomonSliceDepths(law, gnomonSlice(law, max(gnomonSampledRange(law, extremes), gnomonShadowedRange(GnomonSdsmSetup(law, law, law, law, law, law), law, extremes)), index, 4)));
+  GNOMON_REDUCE_TILE(all, ivec2(gl_FragCoord.xy), ivec2(100), levelAt)
+  all = max(all, value);
   GnomonSdsmSetup setup = GnomonSdsmSetup(all, masked, extremes, law, all, masked);
   GnomonPartition made = gnomonFitSlice(setup, law, gnomon.partitions[0], gnomon.viewPlane, world.xy, world.yz, gnomonUnordered(gnomonOrdered(all)));
   position += made.clipFromWorld[0] + gnomonCullPlane(made.clipFromWorld, index) + made.interval;
   if (gnomonIsSample(law, viewDepth) && gnomonHasBegun(law, world.x, world.y) && gnomonMayCast(made.atlasFromWorld, world, normal))
     depth += gnomonSampleDepth(law, viewDepth) + gnomonWindowDepth(law, gnomonPlane(law, world.xy, index, 4));
   int bin;
-#define GNOMON_TRANSLATE_EDGE(i) (float(i) * world.x)
-  GNOMON_FIND_BIN(bin, law, gl_FragCoord.z, 8, GNOMON_TRANSLATE_EDGE)
+  GNOMON_FIND_BIN(bin, law, gl_FragCoord.z, 8, float)
   depth += float(bin);
   colour = position + vec4(gnomonTint(index) * mix(1.0, lit, gnomonFade(gnomon, viewDepth)), gnomonGrid(gnomon, index, world) + depth);
 }

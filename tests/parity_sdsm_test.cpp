@@ -330,10 +330,10 @@ void main() {
   float depth = isIn ? texelFetch(level, pixel, 0).r : -1.0;
   uint at = gl_LocalInvocationIndex;
   if (at < )" + bins + R"(u) held[at] = 0u;
-  GNOMON_REDUCE_GROUP(scratch, gnomonExtremes(law, depth))
+  GNOMON_REDUCE_GROUP(scratch, at, gnomonExtremes(law, depth))
   if (at == 0u) GNOMON_JOIN(extremes, scratch[0])
   barrier();
-  GNOMON_REDUCE_GROUP(scratch, gnomonBoundsOf(law, gnomonSamplePosition(law, corner, pixels, forward, pixel, depth), depth, interval))
+  GNOMON_REDUCE_GROUP(scratch, at, gnomonBoundsOf(law, gnomonSamplePosition(law, corner, pixels, forward, pixel, depth), depth, interval))
   if (at == 0u) GNOMON_JOIN(bounds, scratch[0])
   int bin;
   if (gnomonIsSample(law, depth)) {
@@ -479,19 +479,20 @@ TEST(SdsmReduction, BlockIsMadeOnTheGpu) {
       before += (v == &setup.lsX ? "" : ", ") + literal(*v);
     before += ");\n";
     const std::string group =
-        "layout(local_size_x = 16, local_size_y = 16) in;\nvoid main() {\n  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = "
+        "layout(local_size_x = 16, local_size_y = 16) in;\nvoid main() {\n  uint at = gl_LocalInvocationIndex;\n  ivec2 pixel = "
+        "ivec2(gl_GlobalInvocationID.xy), size = "
         "textureSize(level, "
         "0);\n  float depth = pixel.x < size.x && pixel.y < size.y ? texelFetch(level, pixel, 0).r : -1.0;\n";
     const auto program = [&](const std::string& text) { return buildProgram("450", {{GL_COMPUTE_SHADER, before + text}}); };
     const GLuint programs[] = {
-        program(group + "  GNOMON_REDUCE_GROUP(scratch, gnomonExtremes(law, depth))\n  if (gl_LocalInvocationIndex == 0u) "
+        program(group + "  GNOMON_REDUCE_GROUP(scratch, at, gnomonExtremes(law, depth))\n  if (at == 0u) "
                         "GNOMON_JOIN(extremes, scratch[0])\n}\n"),
         program(group +
-                "  vec2 range = gnomonShadowedRange(setup, law, gnomonUnordered(extremes));\n  vec2 at = gnomonSamplePosition(law, " +
+                "  vec2 range = gnomonShadowedRange(setup, law, gnomonUnordered(extremes));\n  vec2 position = gnomonSamplePosition(law, " +
                 literal(view.corner) + ", " + literal(view.pixels) + ", " + literal(view.forward) + R"(, pixel, depth);
   for (int i = 0; i < 4; ++i) {
-    GNOMON_REDUCE_GROUP(scratch, gnomonBoundsOf(law, at, depth, gnomonSliceDepths(law, gnomonSlice(law, range, i, 4))))
-    if (gl_LocalInvocationIndex == 0u && scratch[0].x > -3e38) GNOMON_JOIN(bounds[i], scratch[0])
+    GNOMON_REDUCE_GROUP(scratch, at, gnomonBoundsOf(law, position, depth, gnomonSliceDepths(law, gnomonSlice(law, range, i, 4))))
+    if (at == 0u && scratch[0].x > -3e38) GNOMON_JOIN(bounds[i], scratch[0])
     barrier();
   }
 }

@@ -61,10 +61,8 @@ double plainSide(const Sampled& setup, double near, double far) {
   slice.count = 1;
   slice.slices[0] = {near, far};
   Footprint footprint;
-  makeFootprints(setup.region, setup.light, slice, {}, true, &footprint);
-  MapFit fit;
-  const double pixel = pixelAt(setup.frame, near);
-  fitSlices(setup.region, &footprint, 1, FitMode::tight, &pixel, &fit);
+  makeFootprints(setup.region, setup.light, slice, {}, true, false, &footprint, nullptr);
+  const MapFit fit = fitSlice(setup.region, footprint, FitMode::tight, pixelAt(setup.frame, near));
   return std::sqrt(fit.size.x * fit.size.y);
 }
 

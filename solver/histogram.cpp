@@ -79,8 +79,8 @@ void tabulateWhole(const Region& region, const LightSpace& light, double ratio, 
 }
 
 // What parts of the region reach on the light plane; -infinity where there is nothing. isThere: null, or whether there is something.
-void measure(const Region& region, const LightSpace& light, const Directions& directions, const DepthSpan* slabs, int count,
-             float (*reach)[4][kMaxFitAxes], bool* isThere) noexcept {
+void measureReach(const Region& region, const LightSpace& light, const Directions& directions, const DepthSpan* slabs, int count,
+                  float (*reach)[4][kMaxFitAxes], bool* isThere) noexcept {
   constexpr float kNowhere = -std::numeric_limits<float>::infinity();
   Footprint footprints[kMaxPartitions];
   Splits splits;
@@ -128,7 +128,7 @@ void measureBins(const Region& region, const LightSpace& light, SampleBins& bins
   DepthSpan slabs[kMaxBins];
   bool isThere[kMaxBins];
   for (int b = 0; b < bins.count; ++b) slabs[b] = {bins.near[b], bins.far[b]};
-  measure(region, light, directions, slabs, bins.count, bins.reach, isThere);
+  measureReach(region, light, directions, slabs, bins.count, bins.reach, isThere);
   int kept = 0;
   for (int b = 0; b < bins.count; ++b) {
     if (!isThere[b]) continue;
@@ -145,7 +145,7 @@ void measureBins(const Region& region, const LightSpace& light, SampleBins& bins
     const bool isGap = bins.place[b + 1] > bins.place[b] + 1;
     slabs[b] = isGap ? DepthSpan{bins.far[b], bins.near[b + 1]} : DepthSpan{1.0, 0.0};
   }
-  measure(region, light, directions, slabs, bins.count - 1, bins.gap, nullptr);
+  measureReach(region, light, directions, slabs, bins.count - 1, bins.gap, nullptr);
 }
 
 // The reach of a run of bins that grows one by one.

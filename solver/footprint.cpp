@@ -298,7 +298,7 @@ int clipHull(glm::dvec2* hull, int count, const glm::dvec2& normal, double offse
 }
 
 // Cuts a footprint to where the samples of its depths lie: never beyond the plain one. None there: it vanishes.
-void keepSampledPart(const Region& region, const LightSpace& light, const DepthSpan& slice, Footprint& footprint) noexcept {
+void cutToBounds(const Region& region, const LightSpace& light, const DepthSpan& slice, Footprint& footprint) noexcept {
   glm::dvec2 least(kInfinity), most(-kInfinity);
   for (const SampleBounds& bounds : region.bounds) {
     const double from = std::max(bounds.near - region.latency, slice.near), to = std::min(bounds.far + region.latency, slice.far);
@@ -403,7 +403,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
   const auto keep = [&] {
     for (int s = 0; s < splits.count && !region.bounds.empty(); ++s) {
       const DepthSpan& slice = splits.slices[s];
-      keepSampledPart(region, light, {margin.blend > 0.0 ? padded[s].near : slice.near, slice.far}, footprints[s]);
+      cutToBounds(region, light, {margin.blend > 0.0 ? padded[s].near : slice.near, slice.far}, footprints[s]);
     }
   };
   if (cellCount(region) == 1) {

@@ -111,9 +111,11 @@ TEST_P(Parity, SamplesOfAView) {
       const glm::dvec3 ls =
           lsFromView * glm::dvec3(glm::dot(fromEye, axes.right), glm::dot(fromEye, axes.up), glm::dot(fromEye, axes.forward));
       const double reach = glm::length(fromEye) + 15.0 * (frame.camera.projection == Projection::orthographic);
-      ASSERT_NEAR(out[k].y, z, 2e-6 * reach);
-      ASSERT_NEAR(out[k].z, ls.x, 3e-6 * reach);
-      ASSERT_NEAR(out[k].w, ls.y, 3e-6 * reach);
+      // A compiler may take the law for mix() and lose as much as the depth value itself cannot tell.
+      const double lost = depthQuantum(frame.camera, z) * reach / std::abs(z);
+      ASSERT_NEAR(out[k].y, z, 2e-6 * reach + lost);
+      ASSERT_NEAR(out[k].z, ls.x, 3e-6 * reach + lost);
+      ASSERT_NEAR(out[k].w, ls.y, 3e-6 * reach + lost);
     }
   }
 }

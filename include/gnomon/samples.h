@@ -41,6 +41,8 @@ void sampleHistogram(const Camera& camera, const DepthImage& image, std::span<co
 struct SampleView {
   glm::vec4 law, corner, pixels, forward;
 };
+
+// Of a depth buffer of width x height; lsFromView: of lightForSamples().
 [[nodiscard]] SampleView sampleView(const Camera& camera, int width, int height, const glm::dmat3& lsFromView) noexcept;
 
 // The light-space rectangle of the samples in each interval; near and far are given. An interval without samples has near > far then: leave

@@ -181,7 +181,8 @@ double windowDepth(const Camera& camera, double viewDepth) noexcept {
 
 double viewDepthAt(const Camera& camera, double windowDepth) noexcept {
   const double n = camera.near, f = camera.far, d = windowDepth;
-  const double fromNear = camera.depth == DepthConvention::reversedZeroToOne ? 1.0 - d : d, fromFar = 1.0 - fromNear;
+  const bool isReversed = camera.depth == DepthConvention::reversedZeroToOne;
+  const double fromNear = isReversed ? 1.0 - d : d, fromFar = isReversed ? d : 1.0 - d;  // d itself: reversed depth is fine near 0
   if (camera.projection == Projection::orthographic) return n * fromFar + f * fromNear;
   return 1.0 / (fromFar / n + fromNear / f);  // 1 / z is linear in window depth
 }

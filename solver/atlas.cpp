@@ -76,7 +76,8 @@ bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, A
 }  // namespace
 
 double texelsPerMap(const Budget& budget, int count) noexcept {
-  return budget.texels > 0.0 ? std::max(std::floor(budget.texels / count), 1.0)
+  constexpr double kMost = static_cast<double>(kMaxTextureSide) * kMaxTextureSide;  // no map has more
+  return budget.texels > 0.0 ? std::clamp(std::floor(budget.texels / count), 1.0, kMost)
                              : static_cast<double>(budget.resolution) * budget.resolution;
 }
 

@@ -22,11 +22,6 @@ Camera make(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm
 }
 
 // Columns: right, up, forward.
-glm::dmat3 axesOf(const Camera& camera) noexcept {
-  const glm::dvec3 forward = unit(camera.forwardWs), right = unit(glm::cross(forward, unit(camera.upWs)));
-  return {right, glm::cross(right, forward), forward};
-}
-
 }  // namespace
 
 Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double fovY, double aspect,
@@ -111,13 +106,13 @@ Status cameraFromMatrices(const glm::dmat4& viewFromWorld, const glm::dmat4& cli
 }
 
 void enclose(std::span<const Camera> cameras, const Camera& axis, glm::dvec3 (&cornersWs)[8]) noexcept {
-  const glm::dmat3 worldFromView = axesOf(axis);
+  const glm::dmat3 worldFromView = viewAxes(axis.forwardWs, axis.upWs);
   const std::size_t count = 8 * cameras.size();
   const auto corner = [&](std::size_t i) {  // in the view space of `axis`
     const Camera& camera = cameras[i / 8];
     const double z = (i & 4) ? shadowFar(camera) : camera.near, k = camera.projection == Projection::perspective ? z : 1.0;
     const glm::dvec3 own(((i & 1) ? camera.right : -camera.left) * k, ((i & 2) ? camera.up : -camera.down) * k, z);
-    return (axesOf(camera) * own + (camera.positionWs - axis.positionWs)) * worldFromView;
+    return (viewAxes(camera.forwardWs, camera.upWs) * own + (camera.positionWs - axis.positionWs)) * worldFromView;
   };
   double near = kInfinity, far = -kInfinity;
   for (std::size_t i = 0; i < count; ++i) {
@@ -186,7 +181,8 @@ double windowDepth(const Camera& camera, double viewDepth) noexcept {
 
 double viewDepthAt(const Camera& camera, double windowDepth) noexcept {
   const double n = camera.near, f = camera.far, d = windowDepth;
-  const double fromNear = camera.depth == DepthConvention::reversedZeroToOne ? 1.0 - d : d, fromFar = 1.0 - fromNear;
+  const bool isReversed = camera.depth == DepthConvention::reversedZeroToOne;
+  const double fromNear = isReversed ? 1.0 - d : d, fromFar = isReversed ? d : 1.0 - d;  // d itself: reversed depth is fine near 0
   if (camera.projection == Projection::orthographic) return n * fromFar + f * fromNear;
   return 1.0 / (fromFar / n + fromNear / f);  // 1 / z is linear in window depth
 }

@@ -34,11 +34,10 @@ void measure(const Region& region, Side& side) noexcept {
       side.far = std::max(side.far, depth);
     }
   }
-  side.near = std::max(side.near, region.near);
 }
 
 // The sides in use. Returns their number; opposite ones are bottom and top, right and left.
-int findSides(const Region& region, const glm::dvec3& light, Side* sides, int* places) noexcept {
+int findSides(const Region& region, const glm::dvec3& light, bool hasNear, Side* sides, int* places) noexcept {
   const Camera& camera = region.camera;
   const glm::dvec3 edges[kFaces] = {
       {-camera.left, -camera.down, 1.0}, {camera.right, -camera.down, 1.0}, {camera.right, camera.up, 1.0}, {-camera.left, camera.up, 1.0}};
@@ -68,7 +67,10 @@ int findSides(const Region& region, const glm::dvec3& light, Side* sides, int* p
     side.axis = along / glm::dot(along, a);
     side.weight = facing[i];
     measure(region, side);
-    if (!(side.near <= side.far)) continue;
+    // What rays through the near plane reach is its own wedge's, or else this side's.
+    if (side.far < (hasNear ? region.near : side.near)) continue;
+    side.near = std::max(side.near, region.near);
+    side.far = std::max(side.far, side.near);
     places[count++] = i;
   }
   return count;
@@ -99,8 +101,8 @@ void splitFaces(const Region& region, const LightSpace& light, NearFace nearFace
   if (region.camera.projection != Projection::perspective || region.spanCount == 0) return;
   Side sides[kFaces];
   int places[kFaces];
-  const int count = findSides(region, light.directionVs, sides, places);
   const int near = nearFace == NearFace::own && light.directionVs.z != 0.0 ? 1 : 0;
+  const int count = findSides(region, light.directionVs, near == 1, sides, places);
   if (count == 0 || count + near > most) return;
   const DepthSpan all{region.spans[0].near, region.spans[region.spanCount - 1].far};
   const auto add = [&](const Wedge& wedge) {

@@ -181,8 +181,9 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
     }
     const glm::dvec2 eye(light.lsFromWorld * glm::dvec4(region.eyeWs, 0.0));  // the world origin's texel grid decides the phase
     const glm::dvec2 slack = (size - fit.size) / 2.0;
-    const glm::dvec2 snapped = glm::floor((eye + fit.least - slack) / texel) * texel - eye;
-    fit.least = snapped - margin * texel;
+    // Too far from the origin for the grid to mean anything, the map still covers.
+    const glm::dvec2 covering = fit.least - slack, snapped = glm::floor((eye + covering) / texel) * texel - eye;
+    fit.least = glm::clamp(snapped, covering - texel, covering) - margin * texel;
   } else {
     fit.least -= rounding;
     fit.size += 2.0 * rounding;
@@ -229,7 +230,7 @@ glm::dmat4 cropMatrix(const Frame& frame, const LightSpace& light, const glm::dv
     const double clipW = over(w);
     crop[c] = {over(x), over(y), (ls.z - ls.w * centre) * perDepth + clipW * byW, clipW};
   }
-  if (eyeMinusOriginWs != glm::dvec3(0.0)) crop[3] -= glm::dmat4(glm::dmat3(crop)) * glm::dvec4(eyeMinusOriginWs, 0.0);
+  if (eyeMinusOriginWs != glm::dvec3(0.0)) crop[3] -= crop * glm::dvec4(eyeMinusOriginWs, 0.0);  // w too
   return crop;
 }
 

@@ -169,7 +169,9 @@ Status makeMaps(const Frame& frame, const Region& region, const LightSpace& ligh
   solution.layers = frame.shadowMap.layout == MapLayout::layers ? made.count : atlas.layers;
   solution.warnings = warnings;
   solution.storageFactor = solution.neededTexels / (frame.image.width * frame.image.height);
-  return writeBlock(frame, region, light, made, byViewDepth, clipFromWorld, solution) ? Status::ok : Status::floatRange;
+  const bool isFinite = writeBlock(frame, region, light, made, byViewDepth, clipFromWorld, solution) && std::isfinite(solution.maxError) &&
+                        std::isfinite(solution.storageFactor) && std::isfinite(solution.limitTexels);
+  return isFinite ? Status::ok : Status::floatRange;
 }
 
 }  // namespace gnomon

@@ -194,6 +194,18 @@ bool cutToBox(Cell& cell, const Box& box, const Region& region) noexcept {
   return true;
 }
 
+// True where a float32 matrix can hold every length, from the narrowest pixel to the farthest corner: no square of one leaves double's range.
+bool fitsFloat(const Region& region, double& value) noexcept {
+  const Camera& camera = region.camera;
+  const double depth = std::max(std::abs(region.near), std::abs(region.far)), k = camera.projection == Projection::perspective ? depth : 1.0;
+  const double widest = std::max({std::abs(camera.left), std::abs(camera.right), std::abs(camera.down), std::abs(camera.up)});
+  using Float = std::numeric_limits<float>;
+  value = std::max(depth, widest * k);
+  if (!(value <= static_cast<double>(Float::max()))) return false;
+  value = region.pixelBase + region.pixelSlope * region.near;
+  return value >= static_cast<double>(Float::min()) && value <= static_cast<double>(Float::max());
+}
+
 }  // namespace
 
 double binEdge(const Samples& samples, int i) noexcept {
@@ -325,8 +337,7 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
   region.reach = kInfinity;
   region.unevenness = 0.0;
   region.volume.vertexCount = 0;
-  const glm::dvec3 forward = unit(camera.forwardWs), right = unit(glm::cross(forward, unit(camera.upWs)));
-  region.worldFromView = glm::dmat3(right, glm::cross(right, forward), forward);
+  region.worldFromView = viewAxes(camera.forwardWs, camera.upWs);
 
   index = badBox(frame.scene.receivers, value);
   if (index >= 0) return Status::receiverBox;
@@ -365,6 +376,8 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
     region.volume.vertexCount = 0;
     return Status::ok;
   }
+  if (!fitsFloat(region, value)) return Status::floatRange;
+  value = 0.0;
   if (cornersWs.empty()) {
     viewVolume(camera, region.near, region.far, region.volume);
   } else {

@@ -104,8 +104,7 @@ Status lightForSamples(const Frame& frame, glm::dmat3& lsFromView) noexcept {
   const glm::dvec3 direction = unit(frame.light.directionWs);
   if (!isFinite(frame.light.directionWs) || direction == glm::dvec3(0.0)) return Status::lightDirection;
   const glm::dvec3 x = planeAxis(direction), y = glm::cross(x, direction);
-  const glm::dvec3 forward = unit(frame.camera.forwardWs), right = unit(glm::cross(forward, unit(frame.camera.upWs)));
-  lsFromView = glm::transpose(glm::dmat3(x, y, direction)) * glm::dmat3(right, glm::cross(right, forward), forward);
+  lsFromView = glm::transpose(glm::dmat3(x, y, direction)) * viewAxes(frame.camera.forwardWs, frame.camera.upWs);
   return Status::ok;
 }
 

@@ -2,6 +2,7 @@
 // but for reading its answers.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -55,10 +56,15 @@ inline std::unique_ptr<Solution> solve(const Frame& frame, const PssmSettings& s
 // The camera's axes, from the definition (right-handed world, right = forward x up).
 struct Axes {
   glm::dvec3 right, up, forward;
-  explicit Axes(const Camera& camera)
-      : right(glm::normalize(glm::cross(glm::normalize(camera.forwardWs), glm::normalize(camera.upWs)))),
-        up(glm::cross(right, glm::normalize(camera.forwardWs))),
-        forward(glm::normalize(camera.forwardWs)) {}
+  explicit Axes(const Camera& camera) : forward(unitOf(camera.forwardWs)) {
+    const glm::dvec3 across = unitOf(glm::cross(forward, unitOf(camera.upWs)));
+    right = unitOf(across - forward * glm::dot(forward, across));  // the product of nearly parallel vectors is only roughly across
+    up = glm::cross(right, forward);
+  }
+  static glm::dvec3 unitOf(const glm::dvec3& v) {
+    const double most = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    return glm::normalize(glm::dvec3(v.x / most, v.y / most, v.z / most));
+  }
 };
 
 // A point of the view volume: x, y in [0, 1] across the image, at a view depth; relative to the eye.

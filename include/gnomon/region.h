@@ -76,7 +76,8 @@ struct Region {
   std::uint32_t warnings = 0;
 };
 
-// Builds the region of a frame whose camera is valid. Errors: corners, receiverBox, casterBox, halfSpace, samples* (index, value: what was refused).
+// Builds the region of a frame whose camera is valid. Errors: corners, receiverBox, casterBox, halfSpace, samples*, floatRange (index, value: what
+// was refused).
 [[nodiscard]] Status makeRegion(const Frame& frame, Region& region, int& index, double& value) noexcept;
 
 // The view depth where bin i of a histogram begins and bin i - 1 ends; ends are exact.

@@ -9,6 +9,9 @@ struct Limits {
   int width, height;
 };
 
+// The side of a map that the margins leave one texel of.
+double leastSide(double margin) noexcept { return std::ceil(2.0 * margin) + 1.0; }
+
 // Whole texels for one map of `texels` texels whose inside, `margin` texels from each edge, has the fit's aspect.
 glm::ivec2 viewportSize(const MapFit& fit, double texels, double margin, const Limits& most) noexcept {
   if (fit.aspect == 1.0) {
@@ -17,11 +20,11 @@ glm::ivec2 viewportSize(const MapFit& fit, double texels, double margin, const L
   }
   // (aspect h + 2 m)(h + 2 m) = texels for the inner height h
   const double aspect = std::clamp(fit.aspect, 1.0 / texels, texels);
-  const double twice = 2.0 * margin, middle = twice * (1.0 + aspect);
+  const double least = leastSide(margin), twice = 2.0 * margin, middle = twice * (1.0 + aspect);
   const double inner = (std::sqrt(std::max(middle * middle + 4.0 * aspect * (texels - twice * twice), 0.0)) - middle) / (2.0 * aspect);
   const double wanted = std::max(aspect * inner, 0.0) + twice;
-  const int width =
-      std::clamp(static_cast<int>(std::min(wanted + 0.5, 1e9)), 1, std::min(most.width, static_cast<int>(std::min(texels, 1e9))));
+  const double widest = std::min(std::max(texels / least, 1.0), static_cast<double>(most.width));  // leaves the height its least side
+  const int width = static_cast<int>(std::clamp(wanted + 0.5, std::min(least, widest), widest));
   const int height = std::clamp(static_cast<int>(texels / width), 1, most.height);
   return {width, height};
 }
@@ -98,13 +101,22 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
     atlas.layers = count;
     return Status::ok;
   }
+  // Shares below what the margins need are raised to it, all others give way: a map that needs no texel to speak of must not refuse the frame.
+  double wanted[kMaxPartitions], sum = 0.0;
+  const double side = leastSide(margin);
+  for (int i = 0; i < count; ++i) {
+    wanted[i] = shares ? std::max(shares[i], side * side / (texels * count)) : 1.0 / count;
+    sum += wanted[i];
+  }
   glm::ivec2 sizes[kMaxPartitions];
   // Over budget every map gives way alike.
   constexpr double kStep = 0.95;
   for (double scaled = texels;; scaled *= kStep) {
     bool isLeast = true;
     for (int i = 0; i < count; ++i) {
-      sizes[i] = viewportSize(fits[i], std::max(shares ? scaled * count * shares[i] : scaled, 1.0), margin, mostMap);
+      sizes[i] =
+          viewportSize(fits[i], std::max(shares ? std::max(scaled * count * wanted[i] / sum, std::min(side * side, scaled)) : scaled, 1.0),
+                       margin, mostMap);
       isLeast &= sizes[i].x == 1 && sizes[i].y == 1;
     }
     atlas.reduced = scaled < texels;

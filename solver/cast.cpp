@@ -37,20 +37,23 @@ void makeSides(const Region& region, const LightSpace& light, const Footprint& f
   shape.count = shape.capCount;
   const glm::dmat4& ls = light.lsFromWorld;
   const glm::dvec3 x(ls[0][0], ls[1][0], ls[2][0]), y(ls[0][1], ls[1][1], ls[2][1]);
-  if (footprint.count >= 3 && footprint.count <= kMaxSides) {
-    for (int i = 0; i < footprint.count; ++i) {
-      const glm::dvec2 p = footprint.hull[i], edge = footprint.hull[i + 1 < footprint.count ? i + 1 : 0] - p;
-      const double squared = glm::dot(edge, edge);
-      if (!(squared > 0.0)) continue;
-      const glm::dvec2 inward = glm::dvec2(-edge.y, edge.x) * (1.0 / std::sqrt(squared));  // the hull runs counter-clockwise
-      addPlane(region, x * inward.x + y * inward.y, -glm::dot(inward, p), shape);
-    }
-    return;
-  }
   glm::dvec2 least(kInfinity), greatest(-kInfinity);
   for (int i = 0; i < footprint.count; ++i) {
     least = glm::min(least, footprint.hull[i]);
     greatest = glm::max(greatest, footprint.hull[i]);
+  }
+  if (footprint.count >= 3 && footprint.count <= kMaxSides) {
+    constexpr double kShortest = 1e-6;  // of the extent: the direction of a shorter edge is rounding, and its neighbours bound what it does
+    const glm::dvec2 extent = greatest - least;
+    const double shortest = kShortest * kShortest * glm::dot(extent, extent);
+    for (int i = 0; i < footprint.count; ++i) {
+      const glm::dvec2 p = footprint.hull[i], edge = footprint.hull[i + 1 < footprint.count ? i + 1 : 0] - p;
+      const double squared = glm::dot(edge, edge);
+      if (!(squared > shortest)) continue;
+      const glm::dvec2 inward = glm::dvec2(-edge.y, edge.x) * (1.0 / std::sqrt(squared));  // the hull runs counter-clockwise
+      addPlane(region, x * inward.x + y * inward.y, -glm::dot(inward, p), shape);
+    }
+    return;
   }
   addPlane(region, x, -least.x, shape);
   addPlane(region, -x, greatest.x, shape);

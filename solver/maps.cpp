@@ -72,7 +72,7 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
   // Bounds of samples cut the rectangles; what a warp is certified over would lie outside of them, so maps are not warped there.
   const WarpSettings warp = region.bounds.empty() ? settings.warp : WarpSettings{};
   maps.hasServed = splits.isWedged || warp.warp != Warp::none;
-  const bool mayCopy = region.bounds.empty() && (settings.fit == FitMode::tight || settings.fit == FitMode::slice);
+  const bool mayCopy = region.bounds.empty() && !settings.rectangles && (settings.fit == FitMode::tight || settings.fit == FitMode::slice);
   makeFootprints(region, light, splits, frame.margin, byViewDepth, mayCopy, maps.footprints, maps.hasServed ? maps.served : nullptr);
   for (int i = 0; i < splits.count; ++i) maps.pixels[i] = region.pixelSlope * nearestIn(region, splits.slices[i]) + region.pixelBase;
   if (splits.isWedged)  // a wedge's nearest point decides, not the region's

@@ -43,7 +43,7 @@ template <typename Cost, typename Sum>
 Joints cheapestChain(const Joints& from, int count, int reach, const Cost& cost, const Sum& sum) noexcept {
   const int last = from.count - 1;
   double least[kMaxPartitions + 1][kMaxJoints];
-  int before[kMaxPartitions + 1][kMaxJoints];
+  int before[kMaxPartitions + 1][kMaxJoints] = {};
   for (int k = 0; k <= count; ++k) std::fill(least[k], least[k] + from.count, kInfinity);
   least[0][0] = 0.0;
   for (int a = 0; a < last; ++a)

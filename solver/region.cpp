@@ -197,7 +197,8 @@ bool cutToBox(Cell& cell, const Box& box, const Region& region) noexcept {
 // True where a float32 matrix can hold every length, from the narrowest pixel to the farthest corner: no square of one leaves double's range.
 bool fitsFloat(const Region& region, double& value) noexcept {
   const Camera& camera = region.camera;
-  const double depth = std::max(std::abs(region.near), std::abs(region.far)), k = camera.projection == Projection::perspective ? depth : 1.0;
+  const double depth = std::max(std::abs(region.near), std::abs(region.far)),
+               k = camera.projection == Projection::perspective ? depth : 1.0;
   const double widest = std::max({std::abs(camera.left), std::abs(camera.right), std::abs(camera.down), std::abs(camera.up)});
   using Float = std::numeric_limits<float>;
   value = std::max(depth, widest * k);
@@ -245,21 +246,25 @@ Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept {
     crossings += inside == 1;
     keptEdges += inside > 0;
   }
+  const auto keep = [&] {
+    cell.isExact = false;
+    return Cut::kept;
+  };
   // A convex face is crossed twice or not at all; each crossed face adds one edge, so there are as many as crossings.
-  if (kept + crossings > kMaxCellVertices || keptEdges + crossings > kMaxCellEdges || cell.planeCount == kMaxCellPlanes) return Cut::kept;
+  if (kept + crossings > kMaxCellVertices || keptEdges + crossings > kMaxCellEdges || cell.planeCount == kMaxCellPlanes) return keep();
   std::uint8_t onFace[kMaxCellPlanes][2];
   std::uint8_t faceCrossings[kMaxCellPlanes] = {};
   for (int i = 0, v = kept; i < cell.edgeCount; ++i) {
     const Cell::Edge& edge = cell.edges[i];
     if (isInside[edge.from] == isInside[edge.to]) continue;
     for (const int face : {edge.left, edge.right}) {
-      if (faceCrossings[face] == 2) return Cut::kept;  // rounding bent a face across the plane
+      if (faceCrossings[face] == 2) return keep();  // rounding bent a face across the plane
       onFace[face][faceCrossings[face]++] = static_cast<std::uint8_t>(v);
     }
     ++v;
   }
   for (int face = 0; face < cell.planeCount; ++face)
-    if (faceCrossings[face] == 1) return Cut::kept;
+    if (faceCrossings[face] == 1) return keep();
 
   std::uint8_t moved[kMaxCellVertices];
   glm::dvec3 fresh[kMaxCellVertices];

@@ -147,13 +147,15 @@ Status solveSdsm(const Frame& frame, const SdsmSettings& settings, SdsmState& st
   // Where maps share a total, the more there are the fewer texels each has: the target is for the most.
   const double target = settings.automatic ? frame.budget.targetError * std::sqrt(texelsPerMap(frame.budget, most)) : 0.0;
   double error = 0.0;
+  SdsmState made;
   for (int count = isCounting ? 1 : most;; ++count) {
     clear(solution);
+    made = next;  // each count is held against the frame before, not against another count
     Splits splits;
     if (region.spanCount > 0) {
       double planes[kMaxPartitions], refused = 0.0;
       const int planeCount = findPlanes(frame, region, settings, bins, count, target, planes, error);
-      holdPlanes(region, settings.hysteresis, next, planes, planeCount);
+      holdPlanes(region, settings.hysteresis, made, planes, planeCount);
       splitting.scheme = SplitScheme::explicitDepths;
       splitting.depths = {planes, static_cast<std::size_t>(planeCount)};
       if (const Status status = split(region, splitting, count, splits, refused); status != Status::ok) return refuse(solution, status);
@@ -161,7 +163,7 @@ Status solveSdsm(const Frame& frame, const SdsmSettings& settings, SdsmState& st
     MapSettings making{.fit = fit, .warp = {}};
     LightRectangle rectangles[kMaxPartitions];
     if (isHeld) {
-      holdRectangles(frame, region, light, splits, settings.hysteresis, next, rectangles);
+      holdRectangles(frame, region, light, splits, settings.hysteresis, made, rectangles);
       making.rectangles = rectangles;
     }
     if (const Status status = makeMaps(frame, region, light, splits, making, solution); status != Status::ok)
@@ -170,7 +172,7 @@ Status solveSdsm(const Frame& frame, const SdsmSettings& settings, SdsmState& st
   }
   if (settings.automatic && (isOptimal ? error > target : solution.maxError > frame.budget.targetError))
     solution.warnings |= static_cast<std::uint32_t>(Warning::targetMissed);
-  state = next;
+  state = made;
   return Status::ok;
 }
 

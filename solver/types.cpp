@@ -81,7 +81,8 @@ Text text(Status status) noexcept {
     case Status::biasConstant: return {"bias.constant", "must be a finite number of texels >= 0"};
     case Status::worldSpacePrecision:
       return {"camera.position", "is too far from the origin for world-space float32 matrices: use camera-relative ones"};
-    case Status::floatRange: return {"camera", "lengths, from a pixel's width to the far end, must stay within what a float32 matrix can hold"};
+    case Status::floatRange:
+      return {"camera", "lengths, from a pixel's width to the far end, must stay within what a float32 matrix can hold"};
   }
   return {"", "unknown status"};
 }

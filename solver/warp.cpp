@@ -159,7 +159,7 @@ class Search {
   // Tries each parameter both ways, the way that gained last first; moves on as far again where a round gained; halves the steps where none did.
   void refine(double logRatio) noexcept {
     for (int i = 0; i < count_; ++i) {
-      if (!(found_[i].texels < kHopeless * found_[0].texels)) return;
+      if (!(found_[i].texels < kHopelessStart * found_[0].texels)) return;
       refine(logRatio, found_[i], kTrialsOf[i]);
       if (found_[i].texels < found_[0].texels) std::swap(found_[0], found_[i]);
     }
@@ -175,7 +175,7 @@ class Search {
   static constexpr int kStarts = 3;
   static constexpr int kTrialsOf[kStarts] = {60, 40, 20};  // from the best on: 2 % above the optimum on average (tests/warp_test.cpp)
   static constexpr double kAlike = 0.2;  // in phi and tau
-  static constexpr double kHopeless = 1.25;  // times the best: what a refinement seldom gains
+  static constexpr double kHopelessStart = 1.25;  // times the best: what a refinement seldom gains
 
   double texels(const WarpShape& shape) noexcept { return shape.kappa >= 0.0 ? trial_.texels(shape) : kInfinity; }
 

@@ -197,7 +197,8 @@ bool cutToBox(Cell& cell, const Box& box, const Region& region) noexcept {
 // True where a float32 matrix can hold every length, from the narrowest pixel to the farthest corner: no square of one leaves double's range.
 bool fitsFloat(const Region& region, double& value) noexcept {
   const Camera& camera = region.camera;
-  const double depth = std::max(std::abs(region.near), std::abs(region.far)), k = camera.projection == Projection::perspective ? depth : 1.0;
+  const double depth = std::max(std::abs(region.near), std::abs(region.far)),
+               k = camera.projection == Projection::perspective ? depth : 1.0;
   const double widest = std::max({std::abs(camera.left), std::abs(camera.right), std::abs(camera.down), std::abs(camera.up)});
   using Float = std::numeric_limits<float>;
   value = std::max(depth, widest * k);

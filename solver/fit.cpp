@@ -72,8 +72,6 @@ void fitLeast(const Footprint& footprint, double pixel, MapFit& fit) noexcept {
   }
 }
 
-constexpr double kFloatRounding = 1.0 / 2097152.0;  // 2^-21: four rounded terms of a float32 row, twice over
-
 }  // namespace
 
 Status makeLightSpace(const DirectionalLight& light, const Region& region, FitMode mode, LightSpace& out) noexcept {
@@ -162,10 +160,13 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   const double worldReach = frame.worldSpace ? footprint.reach + std::sqrt(glm::dot(region.eyeWs, region.eyeWs)) : 0.0;
   const double reach = std::max(footprint.reach, worldReach);
   glm::dvec2 rounding(kFloatRounding * reach);
+  double lostOfW = 0.0;  // at most, where w is 1
   if (fit.isWarped) {
     const auto sizeOf = [&](const glm::dvec3& row) { return std::sqrt(row.x * row.x + row.y * row.y) * reach + std::abs(row.z); };
     const glm::dvec2 farthest = glm::max(glm::abs(fit.least), glm::abs(fit.least + fit.size));
-    rounding = kFloatRounding * (glm::dvec2(sizeOf(fit.s), sizeOf(fit.t)) + farthest * sizeOf(fit.w));
+    lostOfW = kFloatRounding * sizeOf(fit.w);
+    if (!(lostOfW < 0.5)) return frame.worldSpace ? Status::worldSpacePrecision : Status::floatRange;
+    rounding = (kFloatRounding * glm::dvec2(sizeOf(fit.s), sizeOf(fit.t)) + farthest * lostOfW) / (1.0 - lostOfW);
   }
   if (region.unevenness > 0.0) rounding += region.unevenness * unitsPerWorld(fit);
   glm::dvec2 texel;
@@ -192,7 +193,8 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   }
   fit.size = texel * texels;
   const glm::dvec2 edge = texel * fit.stretch;
-  const double room = kFloatRounding * reach + region.unevenness + margin * std::max(edge.x, edge.y);
+  const double room = kFloatRounding * reach + lostOfW * (fit.depthFar - fit.depthNear) / (1.0 - lostOfW) + region.unevenness +
+                      margin * std::max(edge.x, edge.y);  // stored depth is over w
   fit.depthNear -= room;
   fit.depthFar += room;
   const double thickness = fit.depthFar - fit.depthNear, leastThickness = std::min(edge.x, edge.y);

@@ -8,6 +8,8 @@
 
 namespace gnomon {
 
+constexpr double kFloatRounding = 1.0 / 2097152.0;  // 2^-21: four rounded terms of a float32 row, twice over
+
 inline bool isFinite(const glm::dvec3& v) noexcept { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 // Twice the signed area of the triangle 0, a, b.

@@ -156,8 +156,9 @@ void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat
         }
     }
   for (std::size_t i = 0; i < count; ++i) {
-    bounds[i].least = least[i];
-    bounds[i].most = most[i];
+    constexpr float kMost = std::numeric_limits<float>::max();  // an infinite far plane's last depth values lie beyond it
+    bounds[i].least = glm::clamp(least[i], -kMost, kMost);
+    bounds[i].most = glm::clamp(most[i], -kMost, kMost);
     if (!(least[i].x <= most[i].x)) bounds[i].far = -kInfinity;
   }
 }

@@ -5,6 +5,10 @@
 namespace gnomon {
 namespace {
 
+// w goes from 1 to e^kappa; where points far from the eye have w near 1 (light along the view), a float32 row leaves 8 % of it uncertain at
+// this one, and maps grow by as much. Stronger warps could not be stored.
+constexpr double kMostKappa = 12.0;
+
 // How far the frame's centre lies, as kappa: e^kappa is w at the far end over w at the near one.
 // e^kappa - 1 = D / n', with D / n = r - 1 and n' by eq. 11.
 double kappaOf(const WarpSettings& settings, double ratio) noexcept {
@@ -177,7 +181,9 @@ class Search {
   static constexpr double kAlike = 0.2;  // in phi and tau
   static constexpr double kHopelessStart = 1.25;  // times the best: what a refinement seldom gains
 
-  double texels(const WarpShape& shape) noexcept { return shape.kappa >= 0.0 ? trial_.texels(shape) : kInfinity; }
+  double texels(const WarpShape& shape) noexcept {
+    return shape.kappa >= 0.0 && shape.kappa <= kMostKappa ? trial_.texels(shape) : kInfinity;
+  }
 
   void refine(double logRatio, Found& best, int trials) noexcept {
     constexpr double WarpShape::*kParameters[4] = {&WarpShape::kappa, &WarpShape::sigma, &WarpShape::tau, &WarpShape::phi};
@@ -380,10 +386,17 @@ WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const F
     const Ends ends = findEnds(served, axis);
     const bool isForward = ends.nearWidth <= ends.farWidth;
     const double ratio = isForward ? ends.farWidth / ends.nearWidth : ends.nearWidth / ends.farWidth;
-    search.consider({angleOf(isForward ? axis : -axis), kappaOf(settings, ratio), 0.0, 0.0});
+    search.consider({angleOf(isForward ? axis : -axis), std::min(kappaOf(settings, ratio), kMostKappa), 0.0, 0.0});
   }
   const WarpShape& shape = search.shape();
-  if (isWarp(shape)) shapeFit(shape, footprint, served, fit);
+  if (!isWarp(shape)) return rectangle;
+  MapFit warped = fit;
+  shapeFit(shape, footprint, served, warped);
+  // Light nearly along the view brings far points to where w is near 1: a row of w that rounds to more than a share of that would be no map.
+  constexpr double kMostLost = 0.125;
+  const double slope = std::sqrt(warped.w.x * warped.w.x + warped.w.y * warped.w.y);
+  if (!(kFloatRounding * (slope * footprint.reach + std::abs(warped.w.z)) < kMostLost)) return rectangle;
+  fit = warped;
   return shape;
 }
 

@@ -291,7 +291,8 @@ typename virtual wchar_t xor xor_eq
 
 // Those that the texts use for what they mean.
 const char* const kLanguage =
-    "bool const continue else float for highp if in int ivec2 layout mat4 out precision return struct true false uint uniform uvec4 vec2 vec3 vec4 void";
+    "bool const continue else float for highp if in int ivec2 layout mat4 out precision return struct true false uint uniform uvec4 vec2 "
+    "vec3 vec4 void";
 
 std::set<std::string> wordsOf(const std::string& text) {
   std::istringstream stream(text);

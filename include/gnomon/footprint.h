@@ -31,14 +31,14 @@ inline constexpr int kMaxHull = 64;
 // What one map must hold, seen from the light.
 struct Footprint {
   int count;  // hull vertices, counter-clockwise in light space; 0: nothing
-  glm::dvec2 hull[kMaxHull];
-  double depthNear, depthFar;  // light-space depths of what must be shadowed
-  double reach;  // farthest distance from the eye, for rounding bounds
-  DepthSpan padded;  // view depths covered
   // Which footprint this is a copy of, scaled about the eye, or itself: the slices of equal ratio of a whole perspective view are alike. No
   // point that it must hold is farther than `apart` from its copy, as near as makes no difference to the choice of an axis or a warp.
   int like;
   double scale, apart;
+  glm::dvec2 hull[kMaxHull];
+  double depthNear, depthFar;  // light-space depths of what must be shadowed
+  double reach;  // farthest distance from the eye, for rounding bounds
+  DepthSpan padded;  // view depths covered
 };
 
 // The vertices of what a map serves, unpadded: every point it serves is a mean of them.

@@ -81,25 +81,30 @@ int makeHull(const glm::dvec3* points, int count, Ring& ring, glm::dvec2* hull) 
 }
 static_assert(kMaxHull <= 64);
 
-// Replaces a hull of many vertices by a polygon of kSides sides around it.
-int simplifyHull(glm::dvec2* points, int count) noexcept {
-  constexpr int kSides = 32;
-  static_assert(2 * kSides <= kMaxHull);
-  constexpr double kTurn = 6.283185307179586 / kSides;
-  double support[kSides];
-  glm::dvec2 normal[kSides];
-  for (int k = 0; k < kSides; ++k) {
-    normal[k] = {std::cos(kTurn * k), std::sin(kTurn * k)};
-    support[k] = -kInfinity;
-    for (int i = 0; i < count; ++i) support[k] = std::max(support[k], glm::dot(normal[k], points[i]));
+// Makes a convex polygon of at most `most` vertices around one of more: edge by edge where it adds the least area, the neighbours of an
+// edge are extended until they meet.
+int simplifyHull(glm::dvec2* hull, int count, int most) noexcept {
+  for (; count > most; --count) {
+    const auto vertex = [&](int i) -> glm::dvec2& { return hull[i % count]; };
+    int best = 0;
+    double leastArea = kInfinity;
+    glm::dvec2 apex = hull[0];
+    for (int i = 0; i < count; ++i) {
+      const glm::dvec2 before = vertex(i) - vertex(i + count - 1), edge = vertex(i + 1) - vertex(i), after = vertex(i + 2) - vertex(i + 1);
+      const double turn = cross2(before, after);
+      if (!(turn > 0.0)) continue;  // they never meet
+      const double reach = cross2(edge, after) / turn, area = cross2(before, edge) * reach;
+      if (!(area < leastArea)) continue;
+      best = i;
+      leastArea = area;
+      apex = vertex(i) + before * reach;
+    }
+    if (!(leastArea < kInfinity)) return count;
+    vertex(best) = apex;
+    const int gone = (best + 1) % count;
+    std::copy(hull + gone + 1, hull + count, hull + gone);
   }
-  for (int k = 0; k < kSides; ++k) {
-    const int next = (k + 1) % kSides;
-    points[k] =
-        glm::dvec2(support[k] * normal[next].y - support[next] * normal[k].y, support[next] * normal[k].x - support[k] * normal[next].x) /
-        cross2(normal[k], normal[next]);
-  }
-  return kSides;
+  return count;
 }
 
 // A cell's vertex seen from the light: homogeneous, so that points between two of them may be interpolated before the division.
@@ -212,7 +217,7 @@ struct Points {
     Ring ring;
     glm::dvec2 hull[kMaxHull];
     count = makeHull(ls, count, ring, hull);
-    if (count > kMaxHull / 2) count = simplifyHull(hull, count);
+    count = simplifyHull(hull, count, kMaxHull / 2);
     for (int i = 0; i < count; ++i) ls[i] = glm::dvec3(hull[i], depthNear);
   }
 };
@@ -229,21 +234,33 @@ struct ServedPoints {
   }
 
  private:
-  // Too many: their hull, every vertex with the least width of all, needs no fewer texels.
+  // Too many: the hulls of those alike in width, every vertex with the least width of its hull, need no fewer texels.
   void condense() noexcept {
-    double least = kInfinity, depth = 0.0;
-    for (int i = 0; i < served->count; ++i) {
-      least = std::min(least, served->pixels[i]);
-      depth += served->points[i].z / served->count;
-    }
-    Ring ring;
-    glm::dvec2 hull[kMaxHull];
-    int count = makeHull(served->points, served->count, ring, hull);
-    if (count > kMaxHull / 2) count = simplifyHull(hull, count);
-    served->count = count;
-    for (int i = 0; i < count; ++i) {
-      served->points[i] = glm::dvec3(hull[i], depth);
-      served->pixels[i] = least;
+    constexpr int kBands = 4, kMost = 10;
+    static_assert(kBands * kMost < kMaxHull);
+    const Served all = *served;
+    const auto [least, most] = std::minmax_element(all.pixels, all.pixels + all.count);
+    const double ratio = std::sqrt(std::sqrt(*most / *least));  // between bands
+    served->count = 0;
+    double from = 0.0, to = *least;
+    for (int band = 0; band < kBands; ++band, from = to) {
+      to = band + 1 < kBands ? to * ratio : kInfinity;
+      glm::dvec3 points[kMaxHull];
+      int count = 0;
+      double width = kInfinity, depth = 0.0;
+      for (int i = 0; i < all.count; ++i) {
+        if (!(all.pixels[i] >= from && all.pixels[i] < to)) continue;
+        points[count++] = all.points[i];
+        width = std::min(width, all.pixels[i]);
+        depth = all.points[i].z;
+      }
+      Ring ring;
+      glm::dvec2 hull[kMaxHull];
+      count = simplifyHull(hull, makeHull(points, count, ring, hull), kMost);
+      for (int i = 0; i < count; ++i) {
+        served->points[served->count] = glm::dvec3(hull[i], depth);
+        served->pixels[served->count++] = width;
+      }
     }
   }
 };

@@ -1,5 +1,7 @@
 #include "support.h"
 
+#include "gnomon/lloyd.h"
+#include "gnomon/lspsm.h"
 #include "gnomon/maps.h"
 
 namespace gnomon::test {
@@ -98,6 +100,36 @@ TEST(Maps, DepthRunsAwayFromTheLight) {
                        along = glm::normalize(frame.light.directionWs) * solution->partitions[k].near * 0.1;
       const double change = atlasPosition(solution->block, k, rel + along).z - atlasPosition(solution->block, k, rel).z;
       EXPECT_GT(depth == DepthConvention::reversedZeroToOne ? -change : change, 0.0);
+    }
+  }
+}
+
+// A box in many pieces is the same receiver: no map needs much more than for the box whole, whatever had to be simplified.
+TEST(Maps, ABoxInPiecesNeedsWhatItNeedsWhole) {
+  for (int light = 0; light < 6; ++light) {
+    Frame frame;
+    frame.camera = perspective({1, 6, 3}, {0.3, -0.2 + 0.03 * light, 1.0}, {0, 1, 0}, 1.0, 16.0 / 9.0, 0.1, 300.0);
+    frame.light.directionWs = {0.3 + 0.2 * light, -0.8, 0.2 - 0.3 * light};
+    std::array<double, 3> whole{};
+    for (const int pieces : {1, 3, 5, 7}) {
+      std::vector<Box> boxes;
+      const double side = 200.0 / pieces;
+      for (int i = 0; i < pieces; ++i)
+        for (int j = 0; j < pieces; ++j)
+          boxes.push_back({{-100.0 + side * i, 0.0, -10.0 + side * j}, {-100.0 + side * (i + 1), 3.0, -10.0 + side * (j + 1)}});
+      frame.scene.receivers = boxes;
+      auto solution = std::make_unique<Solution>();
+      std::array<double, 3> needed{};
+      ASSERT_EQ(solvePssm(frame, {}, *solution), Status::ok);
+      needed[0] = solution->neededTexels;
+      ASSERT_EQ(solveLloyd(frame, {.warp = {.warp = Warp::lispsm}}, *solution), Status::ok);
+      needed[1] = solution->neededTexels;
+      ASSERT_EQ(solveLspsm(frame, {}, *solution), Status::ok);
+      needed[2] = solution->neededTexels;
+      if (pieces == 1) whole = needed;
+      constexpr std::array<double, 3> kMore{1.001, 1.2,
+                                            1.6};  // what simplifying costs: the hull nothing, widths of pixels some, in rows more
+      for (std::size_t m = 0; m < 3; ++m) EXPECT_LE(needed[m], kMore[m] * whole[m]) << light << ' ' << pieces << ' ' << m;
     }
   }
 }

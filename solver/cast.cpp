@@ -82,16 +82,20 @@ void extendToCasters(std::span<const Box> casters, const Region& region, const L
   const glm::dvec2 most = fit.least + fit.size;
   const Plane sides[4] = {across(fit.s - fit.w * fit.least.x), across(fit.w * most.x - fit.s), across(fit.t - fit.w * fit.least.y),
                           across(fit.w * most.y - fit.t)};
+  double nearest = fit.depthNear;
   Cell cell;
   for (const Box& box : casters) {
     boxCell(box.minWs - region.eyeWs, box.maxWs - region.eyeWs, glm::dmat3(1.0), cell);
     bool isOver = true;
     for (const Plane& side : sides) isOver = isOver && cutCell(cell, side, std::abs(side.offset)) != Cut::outside;
     if (!isOver) continue;
-    double nearest = kInfinity;
     for (int i = 0; i < cell.vertexCount; ++i) nearest = std::min(nearest, glm::dot(light.directionWs, cell.vertices[i]));
-    if (nearest < fit.depthNear) fit.depthNear = nearest - (fit.depthFar - nearest) * 1e-6;  // strictly inside after rounding to float32
   }
+  if (!(nearest < fit.depthNear)) return;
+  constexpr double kInside = 1e-6;  // of the range: strictly inside after rounding to float32
+  const double range = fit.depthFar - nearest;
+  fit.depthNear = nearest - range * (kInside + fit.depthLost);
+  fit.depthFar += range * fit.depthLost;
 }
 
 bool mayCast(const Partition& partition, const Box& box) noexcept {

@@ -111,7 +111,8 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
              .aspect = 1.0,
              .depthNear = footprint.depthNear,
              .depthFar = footprint.depthFar,
-             .depthCentre = footprint.depthNear};
+             .depthCentre = footprint.depthNear,
+             .depthLost = 0.0};
   if (footprint.count == 0) return fit;
   if (mode != FitMode::tight || footprint.count < 2) {  // a point has no edge
     fitAlong(footprint, {1.0, 0.0}, pixel, fit);
@@ -193,8 +194,9 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   }
   fit.size = texel * texels;
   const glm::dvec2 edge = texel * fit.stretch;
-  const double room = kFloatRounding * reach + lostOfW * (fit.depthFar - fit.depthNear) / (1.0 - lostOfW) + region.unevenness +
-                      margin * std::max(edge.x, edge.y);  // stored depth is over w
+  fit.depthLost = lostOfW / (1.0 - lostOfW);  // stored depth is over w
+  const double room = kFloatRounding * reach + fit.depthLost * (fit.depthFar - fit.depthNear) + region.unevenness +
+                      margin * std::max(edge.x, edge.y);
   fit.depthNear -= room;
   fit.depthFar += room;
   const double thickness = fit.depthFar - fit.depthNear, leastThickness = std::min(edge.x, edge.y);

@@ -16,6 +16,7 @@ void hexahedron(Cell& cell) noexcept {
   cell.edgeCount = 12;
   cell.planeCount = 6;
   cell.isExact = true;
+  cell.reach = 0.0;
   std::copy(std::begin(kEdges), std::end(kEdges), cell.edges);
 }
 
@@ -220,6 +221,7 @@ void copyCell(const Cell& from, Cell& to) noexcept {
   to.edgeCount = from.edgeCount;
   to.planeCount = from.planeCount;
   to.isExact = from.isExact;
+  to.reach = from.reach;
   std::copy_n(from.vertices, from.vertexCount, to.vertices);
   std::copy_n(from.edges, from.edgeCount, to.edges);
   std::copy_n(from.planes, from.planeCount, to.planes);
@@ -229,12 +231,13 @@ Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept {
   double distance[kMaxCellVertices];
   const double slope = std::abs(plane.normal.x) + std::abs(plane.normal.y) + std::abs(plane.normal.z);
   bool isInside[kMaxCellVertices];
+  for (int i = 0; i < cell.vertexCount; ++i)
+    for (int axis = 0; axis < 3; ++axis) cell.reach = std::max(cell.reach, std::abs(cell.vertices[i][axis]));
+  const double tolerance = kVertexRounding * (magnitude + slope * cell.reach);
   int kept = 0;
   for (int i = 0; i < cell.vertexCount; ++i) {
-    const glm::dvec3& v = cell.vertices[i];
-    distance[i] = glm::dot(plane.normal, v) + plane.offset;
-    const double size = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-    isInside[i] = !(distance[i] < -kVertexRounding * (magnitude + slope * size));
+    distance[i] = glm::dot(plane.normal, cell.vertices[i]) + plane.offset;
+    isInside[i] = !(distance[i] < -tolerance);
     kept += isInside[i];
   }
   if (kept == cell.vertexCount) return Cut::inside;

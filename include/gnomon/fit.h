@@ -39,6 +39,7 @@ struct MapFit {
   double aspect;  // of the viewport: texels along s over texels along t
   double depthNear, depthFar;  // depthFar > depthNear
   double depthCentre;  // of a warp: the depth that is stored alike whatever w is
+  double depthLost;  // share of the depth range that a warp's rounding in float32 may lose; growToViewport() finds it
 };
 
 // The rectangle for a slice. pixel: w_i at its near end, the least side a map needs.

@@ -2,14 +2,19 @@
 # make test                   set up, build, run every test
 # make figures                the figures of [Lloyd 2006] from this solver's matrices: tables and drawings under out/figures/
 # make asan                   every test again, under the address and undefined-behaviour sanitizers
+# make fuzz [TIME=60]         the fuzz targets, TIME seconds each: solve, case, glb, check (FUZZ="solve case" for some)
+# make soak [CASES=1000000]   random and adversarial cases of every method
 # make docs                   headers and shaders as HTML: build/docs/html/index.html
 # make setup | build | bench | cost | lint | clean
 
 SCENE ?=
 JOBS ?= $(shell nproc)
+TIME ?= 60
+FUZZ ?= solve case glb check
+CASES ?= 1000000
 GNOMON_EXTRA_DATA ?=
 
-.PHONY: run setup configure build test figures setup-docs asan bench cost docs lint clean
+.PHONY: run setup configure build test figures setup-docs asan fuzz soak bench cost docs lint clean
 
 run: build
 	build/gnomon run $(if $(SCENE),"$(SCENE)") --out out
@@ -37,6 +42,18 @@ asan: setup
 	cmake --build build-asan -j $(JOBS)
 	ctest --test-dir build-asan --output-on-failure -j $(JOBS)
 
+# Every target in turn, from the corpus; what is found lies beside it as crash-*.
+fuzz: setup
+	cmake --preset fuzz >build-configure.log 2>&1 || { cat build-configure.log >&2; exit 1; }
+	cmake --build build-fuzz -j $(JOBS) --target $(addprefix fuzz_,$(FUZZ))
+	@set -e; for target in $(FUZZ); do mkdir -p build-fuzz/corpus/$$target; echo "fuzz_$$target: $(TIME) s"; \
+	  ASAN_OPTIONS=detect_leaks=0 build-fuzz/tests/fuzz_$$target -max_total_time=$(TIME) -print_final_stats=1 -verbosity=0 \
+	    build-fuzz/corpus/$$target tests/fuzz/corpus/$$target; done
+
+# A million cases of every method that solves, or CASES.
+soak: build
+	GNOMON_SOAK=$(CASES) build/tests/gnomon_tests --gtest_filter='Hard.*'
+
 bench: build
 	build/gnomon_bench
 
@@ -57,4 +74,4 @@ lint: configure
 	clang-tidy -p build --quiet --warnings-as-errors='*' --extra-arg=-Wno-unknown-warning-option $(wildcard solver/*.cpp)
 
 clean:
-	rm -rf build build-asan build-clang build-configure.log out
+	rm -rf build build-asan build-clang build-fuzz build-configure.log out

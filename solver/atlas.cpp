@@ -91,6 +91,7 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
                     frame.budget.atlas.y > 0 ? frame.budget.atlas.y : kMaxTextureSide};
   const Limits mostMap{most.width - 2 * border, most.height - 2 * border};
   if (mostMap.width < 1 || mostMap.height < 1) return Status::budgetAtlas;
+  if (!(leastSide(margin) <= std::min(mostMap.width, mostMap.height))) return Status::marginTexels;
   atlas.reduced = false;
   const double texels = texelsPerMap(frame.budget, count);
   if (frame.shadowMap.layout == MapLayout::layers) {

@@ -4,6 +4,7 @@
 # make asan                   every test again, under the address and undefined-behaviour sanitizers
 # make fuzz [TIME=60]         the fuzz targets, TIME seconds each: solve, case, glb, check (FUZZ="solve case" for some)
 # make soak [CASES=1000000]   random and adversarial cases of every method
+# make faults                 seeded faults, one at a time: does the suite catch each?
 # make docs                   headers and shaders as HTML: build/docs/html/index.html
 # make setup | build | bench | cost | lint | clean
 
@@ -14,7 +15,7 @@ FUZZ ?= solve case glb check
 CASES ?= 1000000
 GNOMON_EXTRA_DATA ?=
 
-.PHONY: run setup configure build test figures setup-docs asan fuzz soak bench cost docs lint clean
+.PHONY: run setup configure build test figures setup-docs asan fuzz soak faults bench cost docs lint clean
 
 run: build
 	build/gnomon run $(if $(SCENE),"$(SCENE)") --out out
@@ -54,6 +55,10 @@ fuzz: setup
 soak: build
 	GNOMON_SOAK=$(CASES) build/tests/gnomon_tests --gtest_filter='Hard.*'
 
+# One seeded fault at a time in solver/ and glsl/, an hour or two: all must be caught.
+faults: setup
+	python3 tests/faults/seed.py . build-faults
+
 bench: build
 	build/gnomon_bench
 
@@ -74,4 +79,4 @@ lint: configure
 	clang-tidy -p build --quiet --warnings-as-errors='*' --extra-arg=-Wno-unknown-warning-option $(wildcard solver/*.cpp)
 
 clean:
-	rm -rf build build-asan build-clang build-fuzz build-configure.log out
+	rm -rf build build-asan build-clang build-fuzz build-faults build-configure.log out

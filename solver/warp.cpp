@@ -72,6 +72,7 @@ Spread findSpread(const Footprint& footprint) noexcept {
   const double a = std::sqrt(glm::dot(first, first)), b = std::sqrt(glm::dot(last, last));
   if (!(a > 0.0 && b > 0.0)) return {};
   const glm::dvec2 sum = first / a + last / b;
+  if (!spread.isOneSided) return spread;
   spread.bisector = angleOf(sum);
   spread.halfAngle = std::acos(std::min(std::sqrt(glm::dot(sum, sum)) / 2.0, 1.0));
   return spread;
@@ -89,7 +90,7 @@ class Search {
 
   // Keeps the best lines that differ in kind. The line lies at right angles to phi, where w is 1 / (e^kappa - 1) of the footprint's length away.
   void consider(double phi, double kappa) noexcept {
-    Found found = best(phi, kappa, count_ > 0 ? found_[0].squared : kInfinity);
+    Found found = best(phi, kappa, count_ > 0 ? found_[0].squared : kInfinity, kRounds);
     for (int i = 0; i < count_; ++i) {  // sorted; takes the place of the first that is worse, and of any worse one of its kind
       const bool isAlike = std::abs(std::remainder(found.phi - found_[i].phi, 4.0 * kQuarter)) < kAlike;
       if (!(found.squared < found_[i].squared)) {
@@ -105,10 +106,11 @@ class Search {
   // A simplex search from each of them.  [Nelder and Mead 1965]
   void refine(double phiStep, double kappaStep) noexcept {
     for (int i = 0; i < count_; ++i) {
-      if (!(found_[i].squared < kHopelessStart * found_[0].squared)) return;
-      const Found found = descend(found_[i], phiStep, kappaStep);
+      if (!(found_[i].squared < kHopelessStart * found_[0].squared)) break;
+      const Found found = descend(found_[i], phiStep, kappaStep, kTrialsOf[i]);
       if (found.squared < found_[0].squared) found_[0] = found;
     }
+    found_[0] = best(found_[0].phi, found_[0].kappa, kInfinity, kLastRounds);
   }
 
   WarpShape shape() const noexcept {
@@ -123,175 +125,183 @@ class Search {
     glm::dvec2 s, t;  // the directions; s.x and t.y are not 0
   };
   static constexpr int kStarts = 2;
-  static constexpr int kTrials = 16;  // of each: 1 % above the optimum on average (tests/warp_test.cpp)
+  static constexpr int kTrialsOf[kStarts] = {16, 8};  // from the best on: 1 % above the optimum on average (tests/warp_test.cpp)
   static constexpr double kAlike = 0.35;  // radians
-  static constexpr double kHopelessStart = 2.25;  // times the best, squared: what a refinement seldom gains
-  static constexpr double kHopelessFan = 1.44;  // likewise for the directions of a line
+  // Times the least so far, squared: what a simplex, the rounds about a fan's best pair and all but the first of them seldom gain.
+  static constexpr double kHopelessStart = 1.56, kHopelessFan = 1.44, kHopelessRound = 1.1;
+  static constexpr double kAlmost = 1.0;  // squared: corners of a simplex that are as good as one
+  static constexpr int kRounds = 2, kLastRounds = 4;
 
-  Found descend(const Found& start, double phiStep, double kappaStep) noexcept {
-    Found corners[3] = {start, best(start.phi + phiStep, start.kappa, start.squared),
-                        best(start.phi, start.kappa + kappaStep, start.squared)};
-    for (int trials = 2; trials < kTrials;) {
-      std::sort(corners, corners + 3, [](const Found& a, const Found& b) { return a.squared < b.squared; });
-      Found& worst = corners[2];
-      const double phi = (corners[0].phi + corners[1].phi) / 2.0, kappa = (corners[0].kappa + corners[1].kappa) / 2.0;
-      const auto beyond = [&](double far) {
-        ++trials;
-        return best(phi + far * (phi - worst.phi), kappa + far * (kappa - worst.kappa), corners[0].squared);
-      };
+  Found descend(const Found& start, double phiStep, double kappaStep, int trials) noexcept {
+    Found corners[3] = {start, {}, {}};  // from the best on
+    const auto insert = [&](const Found& found, int last) {
+      int i = last;
+      for (; i > 0 && found.squared < corners[i - 1].squared; --i) corners[i] = corners[i - 1];
+      corners[i] = found;
+    };
+    const auto attempt = [&](double phi, double kappa) {
+      --trials;
+      return best(phi, kappa, corners[0].squared, kRounds);
+    };
+    insert(attempt(start.phi + phiStep, start.kappa), 1);
+    insert(attempt(start.phi, start.kappa + kappaStep), 2);
+    while (trials > 0 && corners[2].squared > kAlmost * corners[0].squared) {
+      const Found top = corners[0], middle = corners[1], worst = corners[2];
+      const double phi = (top.phi + middle.phi) / 2.0, kappa = (top.kappa + middle.kappa) / 2.0;
+      const auto beyond = [&](double far) { return attempt(phi + far * (phi - worst.phi), kappa + far * (kappa - worst.kappa)); };
+      const auto towardsTop = [&](const Found& from) { return attempt((top.phi + from.phi) / 2.0, (top.kappa + from.kappa) / 2.0); };
       const Found mirrored = beyond(1.0);
-      if (mirrored.squared < corners[0].squared) {
-        const Found farther = beyond(2.0);
-        worst = farther.squared < mirrored.squared ? farther : mirrored;
-      } else if (mirrored.squared < corners[1].squared) {
-        worst = mirrored;
-      } else if (const Found nearer = beyond(mirrored.squared < worst.squared ? 0.5 : -0.5);
-                 nearer.squared < std::min(mirrored.squared, worst.squared)) {
-        worst = nearer;
-      } else {
-        for (int i = 1; i < 3; ++i, ++trials)
-          corners[i] = best((corners[0].phi + corners[i].phi) / 2.0, (corners[0].kappa + corners[i].kappa) / 2.0, corners[0].squared);
+      Found next = mirrored;
+      if (mirrored.squared < top.squared) {
+        if (const Found farther = beyond(2.0); farther.squared < mirrored.squared) next = farther;
+      } else if (!(mirrored.squared < middle.squared)) {
+        next = beyond(mirrored.squared < worst.squared ? 0.5 : -0.5);
+        if (!(next.squared < std::min(mirrored.squared, worst.squared))) {
+          insert(towardsTop(middle), 1);
+          next = towardsTop(worst);
+        }
       }
+      insert(next, 2);
     }
-    return *std::min_element(corners, corners + 3, [](const Found& a, const Found& b) { return a.squared < b.squared; });
+    return corners[0];
   }
 
-  // The best pair of directions for a line, infinite where there is none. Where a fan of them comes nowhere near the least so far it is left at that.
-  Found best(double phi, double kappa, double least) noexcept {
+  // In coordinates where F is the same along the line and across it.
+  struct Direction {
+    double x, y;
+    double squared;  // F squared
+  };
+
+  // The best pair of directions for a line, infinite where there is none. A fan of them is tried, then some about its best two, for as long as
+  // those come near the least so far.
+  Found best(double phi, double kappa, double least, int rounds) noexcept {
     Found found{phi, kappa, kInfinity, {1.0, 0.0}, {0.0, 1.0}};
     if (!(kappa >= 0.0 && kappa <= kMostKappa)) return found;
-    const double stretch = place(phi, kappa);
+    place(phi, kappa);
     constexpr int kFan = 8;
-    constexpr double kCos[kFan] = {1.0, 0.92387953251128674,  0.70710678118654752,  0.38268343236508977,
-                                   0.0, -0.38268343236508977, -0.70710678118654752, -0.92387953251128674};
-    constexpr double kSin[kFan] = {0.0, 0.38268343236508977, 0.70710678118654752, 0.92387953251128674,
-                                   1.0, 0.92387953251128674, 0.70710678118654752, 0.38268343236508977};
-    double fan[kFan];
-    measure(kCos, kSin, fan);
-    int first = 0, second = 4;
-    for (int i = 0; i < kFan; ++i)
-      for (int j = i + 1; j < kFan; ++j) {
-        const double sine = kSin[j - i];
-        if (const double squared = fan[i] * fan[j] / (sine * sine * sine * sine); squared < found.squared) {
-          found.squared = squared;
-          first = i;
-          second = j;
-        }
+    constexpr double kSine[] = {0.0, 0.38268343236508977, 0.70710678118654752, 0.92387953251128674, 1.0};
+    Direction fan[kFan];
+    fan[0] = {1.0, 0.0, even_};
+    fan[kFan / 2] = {0.0, 1.0, even_};
+    for (int i = 1; i < kFan / 2; ++i) {
+      const double c = kSine[kFan / 2 - i], d = kSine[i], y = d * stretch_, xx = c * c, xy = c * y, yy = y * y;
+      const glm::dvec2 squared = measure([&](int k) { return glm::dvec2(c * u_[k], y * v_[k]); },
+                                         [&](int k) { return glm::dvec2(xx * xx_[k] + yy * yy_[k], xy * xy_[k]); });
+      fan[i] = {c, d, squared.x};
+      fan[kFan - i] = {-c, d, squared.y};
+    }
+    int first = 0, second = 0;
+    for (int gap = kFan / 2 - 1; gap <= kFan / 2 + 1; ++gap) {
+      const double perSine = gap == kFan / 2 ? 1.0 : 1.3725830020304792;  // sine^-4
+      for (int i = 0; i + gap < kFan; ++i) {
+        const double squared = fan[i].squared * fan[i + gap].squared * perSine;
+        if (!(squared < found.squared)) continue;
+        found.squared = squared;
+        first = i;
+        second = i + gap;
       }
+    }
     if (!(found.squared < kInfinity)) return found;
-    Direction a[3], b[3];
-    a[0] = {kCos[first], kSin[first], fan[first]};
-    b[0] = {kCos[second], kSin[second], fan[second]};
-    if (found.squared < kHopelessFan * least) {
-      constexpr glm::dvec2 kTurns[] = {{0.99144486137381041, 0.13052619222005159},
-                                       {0.99904822158185774, 0.043619387365336}};  // cosine and sine of 1/3 and 1/9 of the fan's
-      for (const glm::dvec2& turn : kTurns) {
-        const double x[4] = {a[0].x * turn.x - a[0].y * turn.y, a[0].x * turn.x + a[0].y * turn.y, b[0].x * turn.x - b[0].y * turn.y,
-                             b[0].x * turn.x + b[0].y * turn.y};
-        const double y[4] = {a[0].y * turn.x + a[0].x * turn.y, a[0].y * turn.x - a[0].x * turn.y, b[0].y * turn.x + b[0].x * turn.y,
-                             b[0].y * turn.x - b[0].x * turn.y};
-        double near[4];
-        measure(x, y, near);
-        for (int k = 0; k < 2; ++k) {
-          a[k + 1] = {x[k], y[k], near[k]};
-          b[k + 1] = {x[k + 2], y[k + 2], near[k + 2]};
-        }
-        int bestA = 0, bestB = 0;
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) {
-            double sine = a[i].x * b[j].y - a[i].y * b[j].x;
-            sine *= sine;
-            if (const double squared = a[i].squared * b[j].squared / (sine * sine); squared < found.squared) {
-              found.squared = squared;
-              bestA = i;
-              bestB = j;
-            }
-          }
-        a[0] = a[bestA];
-        b[0] = b[bestB];
+    Direction a[3] = {fan[first], {}, {}}, b[3] = {fan[second], {}, {}};
+    constexpr glm::dvec2 kTurns[kLastRounds] = {{0.9914448613738104, 0.13052619222005157},  // cosine and sine of a third of the fan's step
+                                                {0.9990482215818578, 0.043619387365336},  // and each of a third of the one before
+                                                {0.9998942319271075, 0.014543897651582654},
+                                                {0.9999882478077495, 0.004848117819001859}};
+    double hopeless = kHopelessFan * least;
+    for (int round = 0; round < rounds && found.squared < hopeless; ++round, hopeless = kHopelessRound * least) {
+      for (Direction* around : {a, b}) {
+        const double c = kTurns[round].x, d = kTurns[round].y, px = c * around->x, py = c * around->y, qx = -d * around->y,
+                     qy = d * around->x;
+        const double pv = py * stretch_, qv = qy * stretch_, xx = px * px + qx * qx, xy = px * pv + qx * qv, yy = pv * pv + qv * qv;
+        const double xxHalf = 2.0 * px * qx, xyHalf = px * qv + pv * qx, yyHalf = 2.0 * pv * qv;
+        const glm::dvec2 squared =
+            measure([&](int k) { return glm::dvec2(px * u_[k] + pv * v_[k], qx * u_[k] + qv * v_[k]); },
+                    [&](int k) {
+                      return glm::dvec2(xx * xx_[k] + xy * xy_[k] + yy * yy_[k], xxHalf * xx_[k] + xyHalf * xy_[k] + yyHalf * yy_[k]);
+                    });
+        around[1] = {px + qx, py + qy, squared.x};
+        around[2] = {px - qx, py - qy, squared.y};
       }
+      int bestA = 0, bestB = 0;
+      for (int k = 1; k < 5; ++k) {  // first a, then b
+        const int i = k < 3 ? k : bestA, j = k < 3 ? 0 : k - 2;
+        const double sine = a[i].x * b[j].y - a[i].y * b[j].x, square = sine * sine, product = a[i].squared * b[j].squared;
+        if (!(product < found.squared * (square * square))) continue;
+        found.squared = product / (square * square);
+        bestA = i;
+        bestB = j;
+      }
+      a[0] = a[bestA];
+      b[0] = b[bestB];
     }
     const bool isSwapped = std::abs(a[0].x) < std::abs(b[0].x);
     const Direction &s = isSwapped ? b[0] : a[0], &t = isSwapped ? a[0] : b[0];
-    found.s = {s.x, s.y * stretch};
-    found.t = {t.x, t.y * stretch};
+    found.s = {s.x, s.y * stretch_};
+    found.t = {t.x, t.y * stretch_};
     return found;
   }
 
-  struct Direction {
-    double x, y, squared;
-  };
-
-  // Sends a line to infinity. Across it, coordinates are scaled so that F is the same both ways; returns by how much.
-  double place(double phi, double kappa) noexcept {
+  // Sends a line to infinity.
+  void place(double phi, double kappa) noexcept {
     const double c = std::cos(phi), s = std::sin(phi);
     double from = kInfinity, to = -kInfinity;
     for (int i = 0; i < footprint_.count; ++i) {
-      const double along = c * footprint_.hull[i].x + s * footprint_.hull[i].y;
+      const double along = u_[i] = c * footprint_.hull[i].x + s * footprint_.hull[i].y;
       from = along < from ? along : from;
       to = along > to ? along : to;
     }
     const double d = (kappa == 0.0 ? 0.0 : std::exp(kappa) - 1.0) / (to - from);
     double rangeU = 0.0, leastV = kInfinity, mostV = -kInfinity, widestU = 0.0, widestV = 0.0;
     for (int i = 0; i < footprint_.count; ++i) {
-      const glm::dvec2& p = footprint_.hull[i];
-      const double along = c * p.x + s * p.y - from, perW = 1.0 / (1.0 + d * along);
-      u_[i] = along * perW;
-      v_[i] = (c * p.y - s * p.x) * perW;
-      rangeU = u_[i] > rangeU ? u_[i] : rangeU;
-      leastV = v_[i] < leastV ? v_[i] : leastV;
-      mostV = v_[i] > mostV ? v_[i] : mostV;
+      const double along = u_[i] - from, perW = 1.0 / (1.0 + d * along);
+      const double u = u_[i] = along * perW, v = v_[i] = (c * footprint_.hull[i].y - s * footprint_.hull[i].x) * perW;
+      rangeU = u > rangeU ? u : rangeU;
+      leastV = v < leastV ? v : leastV;
+      mostV = v > mostV ? v : mostV;
     }
-    // An edge that is left by a unit of s, squared: |w^2 grad s|^2 w^2 over the pixel's width squared, but for the determinant.
+    // The square of w^2 grad s w over the pixel's width: but for the determinant, the edge that s leaves to t.
     for (int i = 0; i < served_.count; ++i) {
       const glm::dvec3& p = served_.points[i];
-      const double w = 1.0 + d * (c * p.x + s * p.y - from), square = w * w, slope = d * (c * p.y - s * p.x);
-      xx_[i] = square * density_[i];
-      xy_[i] = -2.0 * slope * xx_[i];
-      yy_[i] = (slope * slope + square) * xx_[i];
-      widestU = xx_[i] > widestU ? xx_[i] : widestU;
-      widestV = yy_[i] > widestV ? yy_[i] : widestV;
+      const double w = 1.0 + d * (c * p.x + s * p.y - from), square = w * w, slope = d * (c * p.y - s * p.x), xx = square * density_[i];
+      const double yy = (slope * slope + square) * xx;
+      xx_[i] = xx;
+      xy_[i] = -2.0 * slope * xx;
+      yy_[i] = yy;
+      widestU = xx > widestU ? xx : widestU;
+      widestV = yy > widestV ? yy : widestV;
     }
-    const double rangeV = mostV - leastV, ratio = std::sqrt(rangeU * rangeU * widestU / (rangeV * rangeV * widestV)),
-                 stretch = std::sqrt(ratio);
-    // by 1 / stretch overall, so that the two directions' determinant stays
-    for (int i = 0; i < footprint_.count; ++i) v_[i] *= stretch;
-    for (int i = 0; i < served_.count; ++i) {
-      xx_[i] /= ratio;
-      xy_[i] /= stretch;
-    }
-    return stretch;
+    const double alongU = rangeU * rangeU * widestU, alongV = (mostV - leastV) * (mostV - leastV) * widestV;
+    even_ = std::sqrt(alongU * alongV);
+    perRatio_ = even_ / alongU;
+    stretch_ = std::sqrt(1.0 / perRatio_);
   }
 
-  // F squared of some directions.
-  template <int kCount>
-  void measure(const double (&x)[kCount], const double (&y)[kCount], double (&squared)[kCount]) const noexcept {
-    double least[kCount], most[kCount], widest[kCount], xx[kCount], xy[kCount], yy[kCount];
-    for (int k = 0; k < kCount; ++k) {
-      least[k] = kInfinity;
-      most[k] = -kInfinity;
-      widest[k] = 0.0;
-      xx[k] = x[k] * x[k];
-      xy[k] = x[k] * y[k];
-      yy[k] = y[k] * y[k];
+  // F squared of p + q and p - q, from what a coordinate and an edge come to at a vertex: the terms that the two share, and those that change sign.
+  template <class Coordinate, class Edge>
+  glm::dvec2 measure(const Coordinate& coordinate, const Edge& edge) const noexcept {
+    double least[2] = {kInfinity, kInfinity}, most[2] = {-kInfinity, -kInfinity}, widest[2] = {0.0, 0.0};
+    for (int i = 0; i < footprint_.count; ++i) {
+      const glm::dvec2 s = coordinate(i);
+      const double a = s.x + s.y, b = s.x - s.y;
+      least[0] = a < least[0] ? a : least[0];
+      most[0] = a > most[0] ? a : most[0];
+      least[1] = b < least[1] ? b : least[1];
+      most[1] = b > most[1] ? b : most[1];
     }
-    for (int i = 0; i < footprint_.count; ++i)
-      for (int k = 0; k < kCount; ++k) {
-        const double s = x[k] * u_[i] + y[k] * v_[i];
-        least[k] = s < least[k] ? s : least[k];
-        most[k] = s > most[k] ? s : most[k];
-      }
-    for (int i = 0; i < served_.count; ++i)
-      for (int k = 0; k < kCount; ++k) {
-        const double edge = xx_[i] * xx[k] + xy_[i] * xy[k] + yy_[i] * yy[k];
-        widest[k] = edge > widest[k] ? edge : widest[k];
-      }
-    for (int k = 0; k < kCount; ++k) squared[k] = (most[k] - least[k]) * (most[k] - least[k]) * widest[k];
+    for (int i = 0; i < served_.count; ++i) {
+      const glm::dvec2 e = edge(i);
+      const double a = e.x + e.y, b = e.x - e.y;
+      widest[0] = a > widest[0] ? a : widest[0];
+      widest[1] = b > widest[1] ? b : widest[1];
+    }
+    const double first = most[0] - least[0], second = most[1] - least[1];
+    return glm::dvec2(first * first * widest[0], second * second * widest[1]) * perRatio_;
   }
 
   const Footprint& footprint_;
   const Served& served_;
   double density_[kMaxHull], u_[kMaxHull], v_[kMaxHull], xx_[kMaxHull], xy_[kMaxHull], yy_[kMaxHull];
+  double even_ = 0.0, perRatio_ = 1.0, stretch_ = 1.0;  // F squared along the line and across it; what scales it there
   Found found_[kStarts];
   int count_ = 0;
 };

@@ -126,10 +126,9 @@ class Search {
   };
   static constexpr int kStarts = 2;
   static constexpr int kTrialsOf[kStarts] = {16, 8};  // from the best on: 1 % above the optimum on average (tests/warp_test.cpp)
-  static constexpr double kAlike = 0.35;  // radians
+  static constexpr double kAlike = 0.2;  // radians
   // Times the least so far, squared: what a simplex, the rounds about a fan's best pair and all but the first of them seldom gain.
   static constexpr double kHopelessStart = 1.56, kHopelessFan = 1.44, kHopelessRound = 1.1;
-  static constexpr double kAlmost = 1.0;  // squared: corners of a simplex that are as good as one
   static constexpr int kRounds = 2, kLastRounds = 4;
 
   Found descend(const Found& start, double phiStep, double kappaStep, int trials) noexcept {
@@ -145,7 +144,7 @@ class Search {
     };
     insert(attempt(start.phi + phiStep, start.kappa), 1);
     insert(attempt(start.phi, start.kappa + kappaStep), 2);
-    while (trials > 0 && corners[2].squared > kAlmost * corners[0].squared) {
+    while (trials > 0) {
       const Found top = corners[0], middle = corners[1], worst = corners[2];
       const double phi = (top.phi + middle.phi) / 2.0, kappa = (top.kappa + middle.kappa) / 2.0;
       const auto beyond = [&](double far) { return attempt(phi + far * (phi - worst.phi), kappa + far * (kappa - worst.kappa)); };
@@ -247,17 +246,17 @@ class Search {
     double from = kInfinity, to = -kInfinity;
     for (int i = 0; i < footprint_.count; ++i) {
       const double along = u_[i] = c * footprint_.hull[i].x + s * footprint_.hull[i].y;
-      from = along < from ? along : from;
-      to = along > to ? along : to;
+      from = from < along ? from : along;
+      to = to > along ? to : along;
     }
     const double d = (kappa == 0.0 ? 0.0 : std::exp(kappa) - 1.0) / (to - from);
     double rangeU = 0.0, leastV = kInfinity, mostV = -kInfinity, widestU = 0.0, widestV = 0.0;
     for (int i = 0; i < footprint_.count; ++i) {
       const double along = u_[i] - from, perW = 1.0 / (1.0 + d * along);
       const double u = u_[i] = along * perW, v = v_[i] = (c * footprint_.hull[i].y - s * footprint_.hull[i].x) * perW;
-      rangeU = u > rangeU ? u : rangeU;
-      leastV = v < leastV ? v : leastV;
-      mostV = v > mostV ? v : mostV;
+      rangeU = rangeU > u ? rangeU : u;
+      leastV = leastV < v ? leastV : v;
+      mostV = mostV > v ? mostV : v;
     }
     // The square of w^2 grad s w over the pixel's width: but for the determinant, the edge that s leaves to t.
     for (int i = 0; i < served_.count; ++i) {
@@ -267,8 +266,8 @@ class Search {
       xx_[i] = xx;
       xy_[i] = -2.0 * slope * xx;
       yy_[i] = yy;
-      widestU = xx > widestU ? xx : widestU;
-      widestV = yy > widestV ? yy : widestV;
+      widestU = widestU > xx ? widestU : xx;
+      widestV = widestV > yy ? widestV : yy;
     }
     const double alongU = rangeU * rangeU * widestU, alongV = (mostV - leastV) * (mostV - leastV) * widestV;
     even_ = std::sqrt(alongU * alongV);
@@ -283,16 +282,16 @@ class Search {
     for (int i = 0; i < footprint_.count; ++i) {
       const glm::dvec2 s = coordinate(i);
       const double a = s.x + s.y, b = s.x - s.y;
-      least[0] = a < least[0] ? a : least[0];
-      most[0] = a > most[0] ? a : most[0];
-      least[1] = b < least[1] ? b : least[1];
-      most[1] = b > most[1] ? b : most[1];
+      least[0] = least[0] < a ? least[0] : a;
+      most[0] = most[0] > a ? most[0] : a;
+      least[1] = least[1] < b ? least[1] : b;
+      most[1] = most[1] > b ? most[1] : b;
     }
     for (int i = 0; i < served_.count; ++i) {
       const glm::dvec2 e = edge(i);
       const double a = e.x + e.y, b = e.x - e.y;
-      widest[0] = a > widest[0] ? a : widest[0];
-      widest[1] = b > widest[1] ? b : widest[1];
+      widest[0] = widest[0] > a ? widest[0] : a;
+      widest[1] = widest[1] > b ? widest[1] : b;
     }
     const double first = most[0] - least[0], second = most[1] - least[1];
     return glm::dvec2(first * first * widest[0], second * second * widest[1]) * perRatio_;
@@ -306,7 +305,8 @@ class Search {
   int count_ = 0;
 };
 
-// The least rectangle's own sides, which footprints that a box has cut go by, and the wedge's bisector or, around the eye, the projected view direction.
+// Lines across the least rectangle's sides, which footprints that a box has cut go by, and across the wedge's bisector or, where the wedge is all
+// around, the projected view direction. The shares of the pixels' ratio are where optima lie.
 WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint& footprint, const Served& served,
                       double logRatio) noexcept {
   Search search(footprint, served);

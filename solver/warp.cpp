@@ -92,7 +92,8 @@ class Search {
   void consider(double phi, double kappa) noexcept {
     Found found = best(phi, kappa, count_ > 0 ? found_[0].squared : kInfinity, kRounds);
     for (int i = 0; i < count_; ++i) {  // sorted; takes the place of the first that is worse, and of any worse one of its kind
-      const bool isAlike = std::abs(std::remainder(found.phi - found_[i].phi, 4.0 * kQuarter)) < kAlike;
+      const bool isAlike = std::abs(std::remainder(found.phi - found_[i].phi, 4.0 * kQuarter)) < kAlike &&
+                           std::abs(found.s.y / found.s.x - found_[i].s.y / found_[i].s.x) < kAlike;
       if (!(found.squared < found_[i].squared)) {
         if (isAlike) return;
         continue;
@@ -315,6 +316,7 @@ WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint
   const Spread spread = findSpread(footprint);
   const double room = std::max(kQuarter - spread.halfAngle, 0.3);  // how far w may turn and still grow along the wedge
   if (spread.isOneSided) {
+    search.consider(angleOf(glm::dvec2(light.lsFromView[2])), 0.55 * logRatio);
     for (const double turn : {-0.4, 0.0, 0.4})
       for (const double share : {0.52, 0.68}) search.consider(spread.bisector + turn * room, share * logRatio);
   } else {

@@ -125,11 +125,11 @@ class Search {
     double squared;  // texels needed, squared
     glm::dvec2 s, t;  // the directions; s.x and t.y are not 0
   };
-  static constexpr int kStarts = 2;
-  static constexpr int kTrialsOf[kStarts] = {16, 8};  // from the best on: 1 % above the optimum on average (tests/warp_test.cpp)
-  static constexpr double kAlike = 0.2;  // radians
+  static constexpr int kStarts = 3;
+  static constexpr int kTrialsOf[kStarts] = {16, 8, 6};  // from the best on: 1 % above the optimum on average (tests/warp_test.cpp)
+  static constexpr double kAlike = 0.05;  // radians, and of tau
   // Times the least so far, squared: what a simplex, the rounds about a fan's best pair and all but the first of them seldom gain.
-  static constexpr double kHopelessStart = 1.56, kHopelessFan = 1.44, kHopelessRound = 1.1;
+  static constexpr double kHopelessStart = 1.3, kHopelessFan = 1.44, kHopelessRound = 1.1;
   static constexpr int kRounds = 2, kLastRounds = 4;
 
   Found descend(const Found& start, double phiStep, double kappaStep, int trials) noexcept {

@@ -103,14 +103,19 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
 
 Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
                 Solution& solution) noexcept {
+  MapFits maps;
+  fitMaps(frame, region, light, splits, settings, needsViewDepth(region, splits), maps);
+  return placeMaps(frame, region, light, splits, settings, maps, solution);
+}
+
+Status placeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
+                 MapFits& maps, Solution& solution) noexcept {
   solution.limitTexels = frame.samples ? 0.0 : limitTexels(region, light);  // what is sampled may need less
   if (splits.count == 0) {
     clearBlock(solution.block);
     return Status::ok;
   }
   const bool byViewDepth = needsViewDepth(region, splits);
-  MapFits maps;
-  fitMaps(frame, region, light, splits, settings, byViewDepth, maps);
   for (int i = 0, m = 0; i < splits.count; ++i)
     if (maps.footprints[i].count > 0) giveRoom(frame.margin.motion[m++], maps.fits[i]);
   double shares[kMaxPartitions];

@@ -50,11 +50,14 @@ Ends findEnds(const Served& served, const glm::dvec2& axis) noexcept {
   return ends;
 }
 
+double angleOf(const glm::dvec2& v) noexcept { return std::atan2(v.y, v.x); }
+
+constexpr double kQuarter = 1.5707963267948966;  // of a turn
+
 // The wedge that the footprint fills, seen from the eye's projection (the origin).
 struct Spread {
   bool isOneSided = false;  // the eye projects outside
-  glm::dvec2 bisector{0.0};
-  double halfTangent = 0.0;  // tangent of half its angle
+  double bisector = 0.0, halfAngle = 0.0;  // radians
 };
 
 Spread findSpread(const Footprint& footprint) noexcept {
@@ -69,198 +72,258 @@ Spread findSpread(const Footprint& footprint) noexcept {
   const double a = std::sqrt(glm::dot(first, first)), b = std::sqrt(glm::dot(last, last));
   if (!(a > 0.0 && b > 0.0)) return {};
   const glm::dvec2 sum = first / a + last / b;
-  const double length = std::sqrt(glm::dot(sum, sum));
-  spread.isOneSided &= length > 0.0;
   if (!spread.isOneSided) return spread;
-  constexpr double kMostTangent = 8.238;  // of 1.45 radians
-  spread.bisector = sum / length;
-  spread.halfTangent = std::min(std::sqrt(std::max(4.0 - length * length, 0.0)) / length, kMostTangent);
+  spread.bisector = angleOf(sum);
+  spread.halfAngle = std::acos(std::min(std::sqrt(glm::dot(sum, sum)) / 2.0, 1.0));
   return spread;
 }
 
-double angleOf(const glm::dvec2& v) noexcept { return std::atan2(v.y, v.x); }
-
-// The vertices that a map serves, as trial shapes meet them: what a shape shares with the one tried before it is kept.
-class Trial {
+// A projective map is the line of the light plane that it sends to infinity, w = 0, and the two directions in which s and t run once it is
+// there: with U, v along and across the line, s = (x U + y v) / w. How far s ranges, times the widest that a unit of it is at a vertex, is a
+// function F of (x, y) alone, and the texels needed are F of s times F of t over the square of their determinant. So a few values of F
+// judge every pair of directions, and what is left to search has two parameters, not four.
+class Search {
  public:
-  explicit Trial(const Served& served) noexcept : served_(served) {
+  Search(const Footprint& footprint, const Served& served) noexcept : footprint_(footprint), served_(served) {
     for (int i = 0; i < served.count; ++i) density_[i] = 1.0 / (served.pixels[i] * served.pixels[i]);
   }
 
-  // The texels that a map of this shape needs.
-  double texels(const WarpShape& shape) noexcept {
-    if (shape.phi != phi_) turn(shape.phi);
-    if (shape.kappa != kappa_) {
-      kappa_ = shape.kappa;
-      growth_ = shape.kappa == 0.0 ? 0.0 : std::exp(shape.kappa) - 1.0;
-    }
-    const double sigma = shape.sigma, tau = shape.tau, scale = 1.0 - sigma * tau;
-    constexpr double kLeastScale = 0.02;  // sine-like: below it the map folds into a line
-    if (!(length_ > 0.0) || !(std::abs(scale) > kLeastScale)) return kInfinity;
-    const double d = growth_ / length_, dTau = d * tau, tauSquared = tau * tau;
-    double leastS = kInfinity, mostS = -kInfinity, leastT = kInfinity, mostT = -kInfinity, widestS = 0.0, widestT = 0.0;
-    for (int i = 0; i < served_.count; ++i) {
-      const double along = along_[i], across = across_[i], w = 1.0 + d * along, perW = 1.0 / w, square = w * w;
-      const double mapS = (along + tau * across) * perW, mapT = (across + sigma * along) * perW;
-      leastS = mapS < leastS ? mapS : leastS;
-      mostS = mapS > mostS ? mapS : mostS;
-      leastT = mapT < leastT ? mapT : leastT;
-      mostT = mapT > mostT ? mapT : mostT;
-      // Edges of a unit square over the pixel's width, squared, but for 1 - sigma tau: x and y are w (1 - d mapS) and w (sigma - d mapT).
-      const double x = 1.0 - dTau * across, y = sigma - d * across, weight = square * density_[i];
-      const double edgeT = (x * x + tauSquared * square) * weight, edgeS = (y * y + square) * weight;
-      widestS = edgeS > widestS ? edgeS : widestS;
-      widestT = edgeT > widestT ? edgeT : widestT;
-    }
-    return (mostS - leastS) * (mostT - leastT) * std::sqrt(widestS * widestT) / (scale * scale);
-  }
-
- private:
-  void turn(double phi) noexcept {
-    phi_ = phi;
-    const double c = std::cos(phi), s = std::sin(phi);
-    double from = kInfinity, to = -kInfinity;
-    for (int i = 0; i < served_.count; ++i) {
-      const glm::dvec3& p = served_.points[i];
-      along_[i] = c * p.x + s * p.y;
-      across_[i] = c * p.y - s * p.x;
-      from = along_[i] < from ? along_[i] : from;
-      to = along_[i] > to ? along_[i] : to;
-    }
-    for (int i = 0; i < served_.count; ++i) along_[i] -= from;
-    length_ = to - from;
-  }
-
-  const Served& served_;
-  double density_[kMaxHull], along_[kMaxHull], across_[kMaxHull];
-  double phi_ = kInfinity, kappa_ = kInfinity;  // none yet
-  double growth_ = 0.0, length_ = 0.0;
-};
-
-// Candidates, then a pattern search from the best few that differ in kind: the valleys of rectangles, one-point and two-point maps lie apart.
-class Search {
- public:
-  Search(const Served& served, const WarpShape& rectangle) noexcept : trial_(served) { consider(rectangle); }
-
-  void consider(const WarpShape& shape) noexcept {
-    Found found{shape, texels(shape)};
-    const auto isAlike = [&](const Found& other) {
-      return std::abs(found.shape.phi - other.shape.phi) < kAlike && std::abs(found.shape.tau - other.shape.tau) < kAlike &&
-             (found.shape.kappa > 0.0) == (other.shape.kappa > 0.0);
-    };
+  // Keeps the best lines that differ in kind. The line lies at right angles to phi, where w is 1 / (e^kappa - 1) of the footprint's length away.
+  void consider(double phi, double kappa) noexcept {
+    Found found = best(phi, kappa, count_ > 0 ? found_[0].squared : kInfinity, kRounds);
     for (int i = 0; i < count_; ++i) {  // sorted; takes the place of the first that is worse, and of any worse one of its kind
-      if (!(found.texels < found_[i].texels)) {
-        if (isAlike(found_[i])) return;
+      const bool isAlike = std::abs(std::remainder(found.phi - found_[i].phi, 4.0 * kQuarter)) < kAlike &&
+                           std::abs(found.s.y / found.s.x - found_[i].s.y / found_[i].s.x) < kAlike;
+      if (!(found.squared < found_[i].squared)) {
+        if (isAlike) return;
         continue;
       }
-      const bool isReplaced = isAlike(found_[i]);
       std::swap(found, found_[i]);
-      if (isReplaced) return;
+      if (isAlike) return;
     }
     if (count_ < kStarts) found_[count_++] = found;
   }
 
-  // Tries each parameter both ways, the way that gained last first; moves on as far again where a round gained; halves the steps where none did.
-  void refine(double logRatio) noexcept {
+  // A simplex search from each of them.  [Nelder and Mead 1965]
+  void refine(double phiStep, double kappaStep) noexcept {
     for (int i = 0; i < count_; ++i) {
-      if (!(found_[i].texels < kHopelessStart * found_[0].texels)) return;
-      refine(logRatio, found_[i], kTrialsOf[i]);
-      if (found_[i].texels < found_[0].texels) std::swap(found_[0], found_[i]);
+      if (!(found_[i].squared < kHopelessStart * found_[0].squared)) break;
+      const Found found = descend(found_[i], phiStep, kappaStep, kTrialsOf[i]);
+      if (found.squared < found_[0].squared) found_[0] = found;
     }
+    found_[0] = best(found_[0].phi, found_[0].kappa, kInfinity, kLastRounds);
   }
 
-  const WarpShape& shape() const noexcept { return found_[0].shape; }
+  WarpShape shape() const noexcept {
+    const Found& found = found_[0];
+    return {found.phi, found.kappa, found.t.x / found.t.y, found.s.y / found.s.x};
+  }
 
  private:
   struct Found {
-    WarpShape shape;
-    double texels;
+    double phi, kappa;
+    double squared;  // texels needed, squared
+    glm::dvec2 s, t;  // the directions; s.x and t.y are not 0
   };
   static constexpr int kStarts = 3;
-  static constexpr int kTrialsOf[kStarts] = {60, 40, 20};  // from the best on: 2 % above the optimum on average (tests/warp_test.cpp)
-  static constexpr double kAlike = 0.2;  // in phi and tau
-  static constexpr double kHopelessStart = 1.25;  // times the best: what a refinement seldom gains
+  static constexpr int kTrialsOf[kStarts] = {16, 8, 6};  // from the best on: 1 % above the optimum on average (tests/warp_test.cpp)
+  static constexpr double kAlike = 0.05;  // radians, and of tau
+  // Times the least so far, squared: what a simplex, the rounds about a fan's best pair and all but the first of them seldom gain.
+  static constexpr double kHopelessStart = 1.3, kHopelessFan = 1.44, kHopelessRound = 1.1;
+  static constexpr int kRounds = 2, kLastRounds = 4;
 
-  double texels(const WarpShape& shape) noexcept {
-    return shape.kappa >= 0.0 && shape.kappa <= kMostKappa ? trial_.texels(shape) : kInfinity;
-  }
-
-  void refine(double logRatio, Found& best, int trials) noexcept {
-    constexpr double WarpShape::*kParameters[4] = {&WarpShape::kappa, &WarpShape::sigma, &WarpShape::tau, &WarpShape::phi};
-    // Steps in proportion: a two-point map's far apex moves a lot for a little of its angle.
-    const double wide = std::max(1.0, std::abs(best.shape.sigma));
-    double step[4] = {0.08 * logRatio, 0.2 * wide, 0.15 / wide, 0.15 / wide};
-    const auto attempt = [&](const WarpShape& shape) {
-      --trials;
-      const double found = texels(shape);
-      if (!(found < best.texels)) return false;
-      best = {shape, found};
-      return true;
+  Found descend(const Found& start, double phiStep, double kappaStep, int trials) noexcept {
+    Found corners[3] = {start, {}, {}};  // from the best on
+    const auto insert = [&](const Found& found, int last) {
+      int i = last;
+      for (; i > 0 && found.squared < corners[i - 1].squared; --i) corners[i] = corners[i - 1];
+      corners[i] = found;
     };
+    const auto attempt = [&](double phi, double kappa) {
+      --trials;
+      return best(phi, kappa, corners[0].squared, kRounds);
+    };
+    insert(attempt(start.phi + phiStep, start.kappa), 1);
+    insert(attempt(start.phi, start.kappa + kappaStep), 2);
     while (trials > 0) {
-      const WarpShape from = best.shape;
-      for (int i = 0; i < 4; ++i) {
-        WarpShape shape = best.shape;
-        shape.*kParameters[i] += step[i];
-        if (attempt(shape)) continue;
-        step[i] = -step[i];
-        shape = best.shape;
-        shape.*kParameters[i] += step[i];
-        (void)attempt(shape);
+      const Found top = corners[0], middle = corners[1], worst = corners[2];
+      const double phi = (top.phi + middle.phi) / 2.0, kappa = (top.kappa + middle.kappa) / 2.0;
+      const auto beyond = [&](double far) { return attempt(phi + far * (phi - worst.phi), kappa + far * (kappa - worst.kappa)); };
+      const auto towardsTop = [&](const Found& from) { return attempt((top.phi + from.phi) / 2.0, (top.kappa + from.kappa) / 2.0); };
+      const Found mirrored = beyond(1.0);
+      Found next = mirrored;
+      if (mirrored.squared < top.squared) {
+        if (const Found farther = beyond(2.0); farther.squared < mirrored.squared) next = farther;
+      } else if (!(mirrored.squared < middle.squared)) {
+        next = beyond(mirrored.squared < worst.squared ? 0.5 : -0.5);
+        if (!(next.squared < std::min(mirrored.squared, worst.squared))) {
+          insert(towardsTop(middle), 1);
+          next = towardsTop(worst);
+        }
       }
-      WarpShape beyond = best.shape;
-      bool isMoved = false;
-      for (const auto parameter : kParameters) {
-        isMoved |= best.shape.*parameter != from.*parameter;
-        beyond.*parameter += best.shape.*parameter - from.*parameter;
-      }
-      if (isMoved)
-        (void)attempt(beyond);
-      else
-        for (double& s : step) s /= 2.0;
+      insert(next, 2);
     }
+    return corners[0];
   }
 
-  Trial trial_;
+  // In coordinates where F is the same along the line and across it.
+  struct Direction {
+    double x, y;
+    double squared;  // F squared
+  };
+
+  // The best pair of directions for a line, infinite where there is none. A fan of them is tried, then some about its best two, for as long as
+  // those come near the least so far.
+  Found best(double phi, double kappa, double least, int rounds) noexcept {
+    Found found{phi, kappa, kInfinity, {1.0, 0.0}, {0.0, 1.0}};
+    if (!(kappa >= 0.0 && kappa <= kMostKappa)) return found;
+    place(phi, kappa);
+    constexpr int kFan = 8;
+    constexpr double kSine[] = {0.0, 0.38268343236508977, 0.70710678118654752, 0.92387953251128674, 1.0};
+    Direction fan[kFan];
+    fan[0] = {1.0, 0.0, even_};
+    fan[kFan / 2] = {0.0, 1.0, even_};
+    for (int i = 1; i < kFan / 2; ++i) {
+      const double c = kSine[kFan / 2 - i], d = kSine[i], y = d * stretch_, xx = c * c, xy = c * y, yy = y * y;
+      const glm::dvec2 squared = measure([&](int k) { return glm::dvec2(c * u_[k], y * v_[k]); },
+                                         [&](int k) { return glm::dvec2(xx * xx_[k] + yy * yy_[k], xy * xy_[k]); });
+      fan[i] = {c, d, squared.x};
+      fan[kFan - i] = {-c, d, squared.y};
+    }
+    int first = 0, second = 0;
+    for (int gap = kFan / 2 - 1; gap <= kFan / 2 + 1; ++gap) {
+      const double perSine = gap == kFan / 2 ? 1.0 : 1.3725830020304792;  // sine^-4
+      for (int i = 0; i + gap < kFan; ++i) {
+        const double squared = fan[i].squared * fan[i + gap].squared * perSine;
+        if (!(squared < found.squared)) continue;
+        found.squared = squared;
+        first = i;
+        second = i + gap;
+      }
+    }
+    if (!(found.squared < kInfinity)) return found;
+    Direction a[3] = {fan[first], {}, {}}, b[3] = {fan[second], {}, {}};
+    constexpr glm::dvec2 kTurns[kLastRounds] = {{0.9914448613738104, 0.13052619222005157},  // cosine and sine of a third of the fan's step
+                                                {0.9990482215818578, 0.043619387365336},  // and each of a third of the one before
+                                                {0.9998942319271075, 0.014543897651582654},
+                                                {0.9999882478077495, 0.004848117819001859}};
+    double hopeless = kHopelessFan * least;
+    for (int round = 0; round < rounds && found.squared < hopeless; ++round, hopeless = kHopelessRound * least) {
+      for (Direction* around : {a, b}) {
+        const double c = kTurns[round].x, d = kTurns[round].y, px = c * around->x, py = c * around->y, qx = -d * around->y,
+                     qy = d * around->x;
+        const double pv = py * stretch_, qv = qy * stretch_, xx = px * px + qx * qx, xy = px * pv + qx * qv, yy = pv * pv + qv * qv;
+        const double xxHalf = 2.0 * px * qx, xyHalf = px * qv + pv * qx, yyHalf = 2.0 * pv * qv;
+        const glm::dvec2 squared =
+            measure([&](int k) { return glm::dvec2(px * u_[k] + pv * v_[k], qx * u_[k] + qv * v_[k]); },
+                    [&](int k) {
+                      return glm::dvec2(xx * xx_[k] + xy * xy_[k] + yy * yy_[k], xxHalf * xx_[k] + xyHalf * xy_[k] + yyHalf * yy_[k]);
+                    });
+        around[1] = {px + qx, py + qy, squared.x};
+        around[2] = {px - qx, py - qy, squared.y};
+      }
+      int bestA = 0, bestB = 0;
+      for (int k = 1; k < 5; ++k) {  // first a, then b
+        const int i = k < 3 ? k : bestA, j = k < 3 ? 0 : k - 2;
+        const double sine = a[i].x * b[j].y - a[i].y * b[j].x, square = sine * sine, product = a[i].squared * b[j].squared;
+        if (!(product < found.squared * (square * square))) continue;
+        found.squared = product / (square * square);
+        bestA = i;
+        bestB = j;
+      }
+      a[0] = a[bestA];
+      b[0] = b[bestB];
+    }
+    const bool isSwapped = std::abs(a[0].x) < std::abs(b[0].x);
+    const Direction &s = isSwapped ? b[0] : a[0], &t = isSwapped ? a[0] : b[0];
+    found.s = {s.x, s.y * stretch_};
+    found.t = {t.x, t.y * stretch_};
+    return found;
+  }
+
+  // Sends a line to infinity.
+  void place(double phi, double kappa) noexcept {
+    const double c = std::cos(phi), s = std::sin(phi);
+    double from = kInfinity, to = -kInfinity;
+    for (int i = 0; i < footprint_.count; ++i) {
+      const double along = u_[i] = c * footprint_.hull[i].x + s * footprint_.hull[i].y;
+      from = from < along ? from : along;
+      to = to > along ? to : along;
+    }
+    const double d = (kappa == 0.0 ? 0.0 : std::exp(kappa) - 1.0) / (to - from);
+    double rangeU = 0.0, leastV = kInfinity, mostV = -kInfinity, widestU = 0.0, widestV = 0.0;
+    for (int i = 0; i < footprint_.count; ++i) {
+      const double along = u_[i] - from, perW = 1.0 / (1.0 + d * along);
+      const double u = u_[i] = along * perW, v = v_[i] = (c * footprint_.hull[i].y - s * footprint_.hull[i].x) * perW;
+      rangeU = rangeU > u ? rangeU : u;
+      leastV = leastV < v ? leastV : v;
+      mostV = mostV > v ? mostV : v;
+    }
+    // The square of w^2 grad s w over the pixel's width: but for the determinant, the edge that s leaves to t.
+    for (int i = 0; i < served_.count; ++i) {
+      const glm::dvec3& p = served_.points[i];
+      const double w = 1.0 + d * (c * p.x + s * p.y - from), square = w * w, slope = d * (c * p.y - s * p.x), xx = square * density_[i];
+      const double yy = (slope * slope + square) * xx;
+      xx_[i] = xx;
+      xy_[i] = -2.0 * slope * xx;
+      yy_[i] = yy;
+      widestU = widestU > xx ? widestU : xx;
+      widestV = widestV > yy ? widestV : yy;
+    }
+    const double alongU = rangeU * rangeU * widestU, alongV = (mostV - leastV) * (mostV - leastV) * widestV;
+    even_ = std::sqrt(alongU * alongV);
+    perRatio_ = even_ / alongU;
+    stretch_ = std::sqrt(1.0 / perRatio_);
+  }
+
+  // F squared of p + q and p - q, from what a coordinate and an edge come to at a vertex: the terms that the two share, and those that change sign.
+  template <class Coordinate, class Edge>
+  glm::dvec2 measure(const Coordinate& coordinate, const Edge& edge) const noexcept {
+    double least[2] = {kInfinity, kInfinity}, most[2] = {-kInfinity, -kInfinity}, widest[2] = {0.0, 0.0};
+    for (int i = 0; i < footprint_.count; ++i) {
+      const glm::dvec2 s = coordinate(i);
+      const double a = s.x + s.y, b = s.x - s.y;
+      least[0] = least[0] < a ? least[0] : a;
+      most[0] = most[0] > a ? most[0] : a;
+      least[1] = least[1] < b ? least[1] : b;
+      most[1] = most[1] > b ? most[1] : b;
+    }
+    for (int i = 0; i < served_.count; ++i) {
+      const glm::dvec2 e = edge(i);
+      const double a = e.x + e.y, b = e.x - e.y;
+      widest[0] = widest[0] > a ? widest[0] : a;
+      widest[1] = widest[1] > b ? widest[1] : b;
+    }
+    const double first = most[0] - least[0], second = most[1] - least[1];
+    return glm::dvec2(first * first * widest[0], second * second * widest[1]) * perRatio_;
+  }
+
+  const Footprint& footprint_;
+  const Served& served_;
+  double density_[kMaxHull], u_[kMaxHull], v_[kMaxHull], xx_[kMaxHull], xy_[kMaxHull], yy_[kMaxHull];
+  double even_ = 0.0, perRatio_ = 1.0, stretch_ = 1.0;  // F squared along the line and across it; what scales it there
   Found found_[kStarts];
   int count_ = 0;
 };
 
-// One-point maps along an axis, and for a footprint to one side of the eye two-point ones whose apex lies on it.
-void considerAxis(Search& search, const glm::dvec2& axis, const Spread& spread, double logRatio) noexcept {
-  const double phi = angleOf(axis);
-  for (const double share : {0.47, 0.55, 0.65}) search.consider({phi, share * logRatio, 0.0, 0.0});
-  if (!spread.isOneSided) return;
-  constexpr double kFarSigma = 5.0;  // an apex far off: what broad wedges of a great ratio take
-  for (const double sigma : {kFarSigma, -kFarSigma}) search.consider({phi, 0.65 * logRatio, sigma, -1.0 / sigma});
-  for (const double share : {1.0, 1.8, 2.6}) {
-    const double x = std::max(spread.halfTangent * share, 0.2);
-    for (const double sigma : {x, -x})
-      for (const double kappa : {0.53, 0.6}) search.consider({phi, kappa * logRatio, sigma, x > 0.45 ? -1.0 / sigma : -0.9 * sigma});
+// Lines across the least rectangle's sides, which footprints that a box has cut go by, and across the wedge's bisector or, where the wedge is all
+// around, the projected view direction. The shares of the pixels' ratio are where optima lie.
+WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint& footprint, const Served& served,
+                      double logRatio) noexcept {
+  Search search(footprint, served);
+  search.consider(rectangle, 0.0);
+  for (int side = 0; side < 4; ++side) search.consider(rectangle + side * kQuarter, 0.35 * logRatio);
+  const Spread spread = findSpread(footprint);
+  const double room = std::max(kQuarter - spread.halfAngle, 0.3);  // how far w may turn and still grow along the wedge
+  if (spread.isOneSided) {
+    search.consider(angleOf(glm::dvec2(light.lsFromView[2])), 0.55 * logRatio);
+    for (const double turn : {-0.4, 0.0, 0.4})
+      for (const double share : {0.52, 0.68}) search.consider(spread.bisector + turn * room, share * logRatio);
+  } else {
+    for (const double share : {0.1, 0.3, 0.5}) search.consider(angleOf(glm::dvec2(light.lsFromView[2])), share * logRatio);
   }
-}
-
-// The recipe's candidates: the projected view direction, the wedge's bisector, and the normals of the image's projected sides; and the sides of the
-// rectangle, for footprints that a box has cut.
-void considerAll(Search& search, const WarpShape& rectangle, const LightSpace& light, const Spread& spread, double logRatio) noexcept {
-  constexpr double kQuarter = 1.5707963267948966;
-  for (int side = 0; side < 4; ++side) search.consider({rectangle.phi + side * kQuarter, 0.3 * logRatio, 0.0, 0.0});
-  const glm::dvec2 view(light.lsFromView[2]);
-  const double length = std::sqrt(glm::dot(view, view));
-  if (length > 0.0) considerAxis(search, view / length, spread, logRatio);
-  if (spread.isOneSided) considerAxis(search, spread.bisector, spread, logRatio);
-  for (int side = 0; side < 2; ++side) {
-    glm::dvec2 normal(-light.lsFromView[side].y, light.lsFromView[side].x);
-    if (glm::dot(normal, view) < 0.0) normal = -normal;
-    if (!(glm::dot(normal, normal) > 0.0)) continue;
-    const double phi = angleOf(normal);
-    if (spread.isOneSided)
-      for (const double share : {0.5, 0.65}) search.consider({phi, share * logRatio, 0.0, 0.0});
-    else
-      for (const double share : {0.12, 0.25, 0.4, 0.55}) search.consider({phi, share * logRatio, 0.0, 0.0});
-  }
-  if (!spread.isOneSided && length > 0.0)
-    for (const double share : {0.12, 0.25, 0.37}) search.consider({angleOf(view), share * logRatio, 0.0, 0.0});
+  search.refine(0.2 * room, 0.08 * logRatio);
+  return search.shape();
 }
 
 bool isWarp(const WarpShape& shape) noexcept { return shape.kappa > 0.0 || shape.sigma != 0.0 || shape.tau != 0.0; }
@@ -345,8 +408,6 @@ Status validate(const WarpSettings& settings, double& value) noexcept {
   return settings.eta >= -1.0 && settings.eta <= 1.0 ? Status::ok : Status::warpEta;
 }
 
-double neededTexels(const Served& served, const WarpShape& shape) noexcept { return Trial(served).texels(shape); }
-
 double warpDistance(double eta, double alpha) noexcept {
   const double root = std::sqrt(alpha);
   if (eta <= 0.0) return eta > -1.0 ? ((root + 1.0) - eta * (alpha - 1.0)) / (eta + 1.0) : kInfinity;  // [Lloyd 2006, eq. 11 corrected]
@@ -377,21 +438,19 @@ WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const F
   // A line, a point, or pixels of one width: nothing to gain.
   if (settings.warp == Warp::none || footprint.count < 3 || served.count < 3 || !(thin > 2.0 * narrowest) || !(widest > narrowest))
     return rectangle;
-  const double logRatio = std::log(widest / narrowest);
-  Search search(served, rectangle);
+  WarpShape shape = rectangle;
   if (settings.warp == Warp::least) {
-    considerAll(search, rectangle, light, findSpread(footprint), logRatio);
-    search.refine(logRatio);
+    shape = searchLeast(rectangle.phi, light, footprint, served, std::log(widest / narrowest));
   } else if (axis != glm::dvec2(0.0)) {
     const Ends ends = findEnds(served, axis);
     const bool isForward = ends.nearWidth <= ends.farWidth;
     const double ratio = isForward ? ends.farWidth / ends.nearWidth : ends.nearWidth / ends.farWidth;
-    search.consider({angleOf(isForward ? axis : -axis), std::min(kappaOf(settings, ratio), kMostKappa), 0.0, 0.0});
+    shape = {angleOf(isForward ? axis : -axis), std::min(kappaOf(settings, ratio), kMostKappa), 0.0, 0.0};
   }
-  const WarpShape& shape = search.shape();
   if (!isWarp(shape)) return rectangle;
   MapFit warped = fit;
   shapeFit(shape, footprint, served, warped);
+  if (!(warped.needed < fit.needed)) return rectangle;
   // Light nearly along the view brings far points to where w is near 1: a row of w that rounds to more than a share of that would be no map.
   constexpr double kMostLost = 0.125;
   const double slope = std::sqrt(warped.w.x * warped.w.x + warped.w.y * warped.w.y);

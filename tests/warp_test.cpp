@@ -101,8 +101,8 @@ TEST(Warp, EmittedMatricesReachTheClosedForms) {
     }
 }
 
-// What the search believes of a shape is what the fit's rows do: texel edges by central differences at the vertices, two-point maps included.
-TEST(Warp, FitsAreTheShapesThatWereSearched) {
+// What a fit is said to need is what its rows do: texel edges by central differences at the vertices, two-point maps included.
+TEST(Warp, FitsNeedWhatTheirRowsDo) {
   Random random(351);
   int twoPoint = 0;
   for (int k = 0; k < 200; ++k) {
@@ -134,7 +134,6 @@ TEST(Warp, FitsAreTheShapesThatWereSearched) {
       const double determinant = std::abs(dx.x * dy.y - dx.y * dy.x);
       widest = glm::max(widest, glm::dvec2(std::hypot(dx.y, dy.y), std::hypot(dx.x, dy.x)) / determinant / pixel);
     }
-    EXPECT_NEAR(fit.size.x * fit.size.y * widest.x * widest.y / neededTexels(maps->served[0], maps->shapes[0]), 1.0, 1e-2) << k;
     EXPECT_NEAR(fit.size.x * fit.size.y * widest.x * widest.y / maps->neededTexels, 1.0, 1e-5) << k;
   }
   EXPECT_GT(twoPoint, 10);
@@ -208,7 +207,7 @@ double leastTexels(const Points& points, double logRatio) {
 // The search's few dozen trials against brute force, over slices of random views of every ratio, whole ones and ones cut by a box.
 TEST(Warp, LeastIsCloseToTheBestOfAllMaps) {
   Random random(352);
-  double sum = 0.0, worst = 1.0, worstWhole = 1.0;
+  double sum = 0.0, worst = 1.0;
   int count = 0;
   for (int tried = 0; tried < 3000 && count < 1000; ++tried) {
     Frame frame = usualFrame();
@@ -244,12 +243,10 @@ TEST(Warp, LeastIsCloseToTheBestOfAllMaps) {
     ++count;
     sum += std::max(ratio, 1.0);
     worst = std::max(worst, ratio);
-    if (frame.scene.receivers.empty()) worstWhole = std::max(worstWhole, ratio);
   }
   RecordProperty("above_the_optimum", std::to_string(sum / count - 1.0) + " on average, " + std::to_string(worst - 1.0) + " at worst");
   EXPECT_LE(sum / count, 1.03);
-  EXPECT_LE(worstWhole, 1.18);  // 15 % are wanted: one broad view of a great ratio misses its valley
-  EXPECT_LE(worst, 1.25);  // of views cut by a box: one valley of many is missed
+  EXPECT_LE(worst, 1.15);
 }
 
 // As pixels come to one width every warp fades into the plain map, without a jump.

@@ -50,9 +50,13 @@ struct MapFits {
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
              bool byViewDepth, MapFits& maps) noexcept;
 
-// Fits a map to each slice, places them all and writes the partitions, their errors and the block. Slices that hold nothing get
-// no map, but keep their place in the atlas. Solution::originWs is read. Errors: marginTexels, budgetAtlas, worldSpacePrecision,
-// stableWorldSpace, floatRange.
+// The second half: places them all and writes the partitions, their errors and the block. Slices that hold nothing get no map, but keep their
+// place in the atlas. maps: what fitMaps made of the same splits and settings; grows to the viewports. Solution::originWs is read. Errors:
+// marginTexels, budgetAtlas, worldSpacePrecision, stableWorldSpace, floatRange.
+[[nodiscard]] Status placeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits,
+                               const MapSettings& settings, MapFits& maps, Solution& solution) noexcept;
+
+// Both, one after the other.
 [[nodiscard]] Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits,
                               const MapSettings& settings, Solution& solution) noexcept;
 

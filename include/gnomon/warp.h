@@ -32,9 +32,6 @@ struct WarpShape {
   double phi, kappa, sigma, tau;
 };
 
-// The texels that a map of this shape needs for error 1 at every vertex served; infinite where the map has no inverse.
-[[nodiscard]] double neededTexels(const Served& served, const WarpShape& shape) noexcept;
-
 // Replaces the rectangle that `fit` holds by a warped map, where that needs fewer texels. axis: along which named warps run (unit,
 // light plane; zero: none). Returns the shape taken.
 WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const Footprint& footprint, const Served& served,

@@ -75,9 +75,9 @@ float gnomonWindowDepth(vec4 law, float viewDepth) {
   return law.z < 0.0 ? u : t;
 }
 
-// The depth values of a slice, with what they cannot tell from its ends: for gnomonBoundsOf().
+// The depth values of a slice, with what float32 depth cannot tell from its ends: for gnomonBoundsOf().
 vec2 gnomonSliceDepths(vec4 law, vec2 slice) {
-  float a = gnomonWindowDepth(law, slice.x), b = gnomonWindowDepth(law, slice.y), least = min(a, b), most = max(a, b);
+  float a = gnomonWindowDepth(law, slice.x - 4e-6 * abs(slice.x)), b = gnomonWindowDepth(law, slice.y + 4e-6 * abs(slice.y)), least = min(a, b), most = max(a, b);
   float room = law.z < 0.0 ? 1e-6 * most : 1e-6;
   return vec2(least - room, most + room);
 }

@@ -171,7 +171,8 @@ void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat
   constexpr float kMax = std::numeric_limits<float>::max();  // an infinite far plane's last depth values lie beyond it
   float first[kMost], end[kMost], starts[2 * kMost];
   for (std::size_t i = 0; i < count; ++i) {
-    const double near = bounds[i].near - depthQuantum(camera, bounds[i].near), far = bounds[i].far + depthQuantum(camera, bounds[i].far);
+    const auto room = [&](double z) { return std::max(depthQuantum(camera, z), viewQuantum(camera, z)); };
+    const double near = bounds[i].near - room(bounds[i].near), far = bounds[i].far + room(bounds[i].far);
     first[i] = static_cast<float>(windowDepth(camera, isPerspective ? std::max(near, bounds[i].near / 2.0) : near));
     end[i] = std::nextafter(static_cast<float>(windowDepth(camera, far)), reversed ? -kInf : kInf);
     starts[2 * i] = first[i];

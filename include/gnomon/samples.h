@@ -46,7 +46,7 @@ struct SampleView {
 [[nodiscard]] SampleView sampleView(const Camera& camera, int width, int height, const glm::dmat3& lsFromView) noexcept;
 
 // The light-space rectangle of the samples in each interval; near and far are given. An interval without samples has near > far then: leave
-// those out, as keepBounds() does. Samples that a depth value cannot tell from an end count on both sides of it.
+// those out, as keepBounds() does. Samples that float32 depth cannot tell from an end count on both sides of it.
 void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat3& lsFromView, std::span<SampleBounds> bounds) noexcept;
 
 // Moves the intervals that hold samples to the front. Returns their number.

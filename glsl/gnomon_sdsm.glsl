@@ -8,6 +8,7 @@
 //              3. one invocation: GNOMON_FINISH(made, place, setup, law, extremes, bounds, count) writes the block `made` of a buffer, which the
 //                 host then binds to gnomonUniforms. place: the block of any solve of the frame with as many partitions, in square viewports:
 //                 FitMode::slice or layers. bounds: an array of uvec4 as GNOMON_JOIN leaves it. Everything else gnomon::sdsmSetup() gives.
+//              4. indirect draws: GNOMON_FINISH_CULL in the same invocation, then GNOMON_CULL_BOX for each box and map
 // cost:        one invocation; a reduction for the extremes, one for each slice's bounds
 // needs:       what gnomon_block.glsl needs
 #ifndef GNOMON_SDSM_GLSL
@@ -75,9 +76,9 @@ float gnomonWindowDepth(vec4 law, float viewDepth) {
   return law.z < 0.0 ? u : t;
 }
 
-// The depth values of a slice, with what they cannot tell from its ends: for gnomonBoundsOf().
+// The depth values of a slice, with what float32 depth cannot tell from its ends: for gnomonBoundsOf().
 vec2 gnomonSliceDepths(vec4 law, vec2 slice) {
-  float a = gnomonWindowDepth(law, slice.x), b = gnomonWindowDepth(law, slice.y), least = min(a, b), most = max(a, b);
+  float a = gnomonWindowDepth(law, slice.x - 4e-6 * abs(slice.x)), b = gnomonWindowDepth(law, slice.y + 4e-6 * abs(slice.y)), least = min(a, b), most = max(a, b);
   float room = law.z < 0.0 ? 1e-6 * most : 1e-6;
   return vec2(least - room, most + room);
 }
@@ -133,14 +134,21 @@ vec4 gnomonCullPlane(mat4 clipFromWorld, int i) {
   return i == 0 ? rows[3] + rows[0] : i == 1 ? rows[3] - rows[0] : i == 2 ? rows[3] + rows[1] : rows[3] - rows[1];
 }
 
-// Whether a box, given by its least and greatest corner minus the origin, may cast into the map: count it for the draw if so.
+// Whether a box, given by its least and greatest corner minus the origin, reaches into a half-space.
+bool gnomonReaches(vec4 plane, vec3 least, vec3 greatest) { return dot(plane.xyz, mix(least, greatest, step(vec3(0.0), plane.xyz))) + plane.w >= 0.0; }
+
+// Whether such a box may cast into the map: count it for the draw if so.
 bool gnomonMayCast(mat4 clipFromWorld, vec3 least, vec3 greatest) {
   bool isIn = true;
-  for (int i = 0; i < 4; ++i) {
-    vec4 plane = gnomonCullPlane(clipFromWorld, i);
-    isIn = isIn && dot(plane.xyz, mix(least, greatest, step(vec3(0.0), plane.xyz))) + plane.w >= 0.0;
-  }
+  for (int i = 0; i < 4; ++i) isIn = isIn && gnomonReaches(gnomonCullPlane(clipFromWorld, i), least, greatest);
   return isIn;
 }
+
+// The same for a kernel that does not read the block. planes: a buffer's array of 4 * GNOMON_MAX_PARTITIONS vec4s; maps: its uint, the number of
+// partitions. Written behind GNOMON_FINISH, by the same invocation. Nothing reaches into the planes of partitions that there are not.
+#define GNOMON_FINISH_CULL(planes, maps, made) { maps = made.info.x; for (int i_ = 0; i_ < 4 * GNOMON_MAX_PARTITIONS; ++i_) planes[i_] = i_ / 4 < int(made.info.x) ? gnomonCullPlane(made.partitions[i_ / 4].clipFromWorld, i_ % 4) : vec4(0.0, 0.0, 0.0, -1.0); }
+
+// isIn: a bool. Of a box and a map: an indirect draw's instance count is 1 if so, else 0; or, where draws are counted, count and append.
+#define GNOMON_CULL_BOX(isIn, planes, map, least, greatest) { isIn = true; for (int i_ = 0; i_ < 4; ++i_) isIn = isIn && gnomonReaches(planes[4 * (map) + i_], least, greatest); }
 
 #endif

@@ -318,8 +318,11 @@ int clipHull(glm::dvec2* hull, int count, const glm::dvec2& normal, double offse
 void cutToBounds(const Region& region, const LightSpace& light, const DepthSpan& slice, Footprint& footprint) noexcept {
   glm::dvec2 least(kInfinity), most(-kInfinity);
   for (const SampleBounds& bounds : region.bounds) {
-    const double from = std::max(bounds.near - region.latency, slice.near), to = std::min(bounds.far + region.latency, slice.far);
-    const bool isPoint = bounds.near == bounds.far || slice.near == slice.far;  // intervals that only touch have nothing in common
+    // A depth value at the near plane may lie a rounding before it.
+    const double end = std::max(bounds.far + region.latency, region.near);
+    const double from = std::max(bounds.near - region.latency, slice.near), to = std::min(end, slice.far);
+    const bool isPoint =
+        bounds.near == bounds.far || end == region.near || slice.near == slice.far;  // others that only touch have nothing in common
     if (!(isPoint ? from <= to : from < to)) continue;
     least = glm::min(least, bounds.least);
     most = glm::max(most, bounds.most);

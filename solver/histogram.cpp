@@ -214,7 +214,7 @@ struct Programme {
   }
 
   // max: least[k - 1][i - 1] rises with i, the cost of [i, j] falls: the best is where they cross.
-  void bisect() noexcept {
+  void sweep() noexcept {
     fill();
     for (int k = 1; k < layers; ++k)
       for (int j = k, crossing = k; j < bins.count; ++j) {
@@ -368,7 +368,7 @@ int splitOptimally(const SampleBins& bins, SampleNorm norm, int most, double tar
   bool isEven = true;  // worst falls with depth: the first of a run has the greatest
   for (int b = 1; b < bins.count; ++b) isEven = isEven && bins.worst[b] <= bins.worst[b - 1];
   if (bins.isWhole && norm == SampleNorm::max && isEven) {
-    programme.bisect();
+    programme.sweep();
   } else if (bins.isWhole && (norm == SampleNorm::mean ? bins.isMonge : norm == SampleNorm::meanSquare && bins.isSquareMonge)) {
     programme.fill();
     for (int k = 1; k < layers; ++k) programme.divide(k, k, bins.count - 1, k, bins.count - 1);

@@ -180,7 +180,11 @@ void keepSampled(const Samples& samples, Region& region) noexcept {
   for (int i = 0; i < bins; ++i) {
     const int first = i;
     while (i < bins && samples.histogram[static_cast<std::size_t>(i)] > 0) ++i;
-    if (i > first) keep(binEdge(samples, first), binEdge(samples, i));
+    if (i == first) continue;
+    // Who counts compares depth values: beside an empty bin a sample may lie across the border by what they cannot tell.
+    const double near = binEdge(samples, first), far = binEdge(samples, i);
+    keep(first > 0 ? std::max(near - depthQuantum(region.camera, near), samples.near) : near,
+         i < bins ? std::min(far + depthQuantum(region.camera, far), samples.far) : far);
   }
 }
 

@@ -1,7 +1,10 @@
 #include "gnomon/samples.h"
 
+#include <bit>
+
 #include "gnomon/camera.h"
 #include "gnomon/footprint.h"
+#include "gnomon/region.h"
 #include "numeric.h"
 
 namespace gnomon {
@@ -48,6 +51,49 @@ void findExtremes(const DepthImage& image, float& least, float& greatest) noexce
   if (!kSifted && (least < 0.0f || greatest > 1.0f) && least != kAbove) findExtremes<kReversed, true>(image, least, greatest);
 }
 
+// Finds the bin of a depth value: a table by the leading bits of its distance from the far end says where to begin, comparisons with the
+// edges decide. Bins of equal ratio in view depth take about one comparison each.
+class BinFinder {
+ public:
+  // sign * starts: where bins 1, 2, .. begin, rising from the eye.
+  BinFinder(const float* starts, std::size_t count, bool isReversed) noexcept
+      : m_starts(starts), m_count(static_cast<std::uint32_t>(count)), m_isReversed(isReversed) {
+    if (count == 0) return;
+    m_first = bitsOf(starts[0]);
+    const std::uint32_t last = std::min(bitsOf(starts[count - 1]), m_first);
+    while ((m_first - last) >> m_shift >= kCells) ++m_shift;
+    m_cells = ((m_first - last) >> m_shift) + 1;
+    std::fill_n(m_before, m_cells + 1, 0u);
+    for (std::size_t i = 0; i < count; ++i) ++m_before[std::min(cellOf(starts[i]), m_cells - 1) + 1];
+    for (std::uint32_t c = 0; c < m_cells; ++c) m_before[c + 1] += m_before[c];
+  }
+
+  std::uint32_t operator()(float depth) const noexcept {
+    if (m_count == 0) return 0;
+    std::uint32_t bin = m_before[std::min(cellOf(depth), m_cells)];
+    while (bin < m_count && (m_isReversed ? depth <= m_starts[bin] : depth >= m_starts[bin])) ++bin;
+    return bin;
+  }
+
+ private:
+  static constexpr std::uint32_t kCells = 4096;
+
+  // Falls as view depth grows; of what is behind the far end, 0.
+  std::uint32_t bitsOf(float depth) const noexcept {
+    const float left = m_isReversed ? depth : 1.0f - depth;
+    return left > 0.0f ? std::bit_cast<std::uint32_t>(left) : 0u;
+  }
+  std::uint32_t cellOf(float depth) const noexcept {
+    const std::uint32_t bits = bitsOf(depth);
+    return bits >= m_first ? 0u : (m_first - bits) >> m_shift;
+  }
+
+  const float* m_starts;
+  std::uint32_t m_count, m_first = 0, m_shift = 16, m_cells = 1;
+  bool m_isReversed;
+  std::uint32_t m_before[kCells + 1];  // starts in earlier cells
+};
+
 // View depth of a depth value, as gnomonSampleDepth.
 float viewDepthOf(const SampleView& view, float depth) noexcept {
   const float t = view.law.z < 0.0f ? 1.0f - depth : depth, u = view.law.z < 0.0f ? depth : 1.0f - depth;
@@ -82,19 +128,14 @@ void windowEdges(const Camera& camera, double near, double far, std::span<float>
 void sampleHistogram(const Camera& camera, const DepthImage& image, std::span<const float> edges,
                      std::span<std::uint32_t> counts) noexcept {
   std::fill(counts.begin(), counts.end(), 0u);
-  const float sign = isReversed(camera) ? -1.0f : 1.0f;
+  const std::size_t bins = std::min(counts.size(), std::max<std::size_t>(edges.size(), 1) - 1);
+  if (bins == 0) return;
+  const bool reversed = isReversed(camera);
+  const BinFinder find(edges.data() + 1, bins - 1, reversed);
   for (int y = 0; y < image.height; ++y) {
     const float* row = image.depths + y * image.stride;
-    for (int x = 0; x < image.width; ++x) {
-      if (!isSample(row[x], isReversed(camera))) continue;
-      std::size_t bin = 0;  // begins at or before the sample
-      for (std::size_t left = counts.size(); left > 1;) {
-        const std::size_t half = left / 2;
-        bin += sign * edges[bin + half] <= sign * row[x] ? half : 0;
-        left -= half;
-      }
-      ++counts[bin];
-    }
+    for (int x = 0; x < image.width; ++x)
+      if (isSample(row[x], reversed)) ++counts[find(row[x])];
   }
 }
 
@@ -119,53 +160,96 @@ SampleView sampleView(const Camera& camera, int width, int height, const glm::dm
 }
 
 void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat3& lsFromView, std::span<SampleBounds> bounds) noexcept {
-  const std::size_t count = std::min<std::size_t>(bounds.size(), kMaxPartitions);
+  constexpr std::size_t kMost = 256;  // intervals at once
+  if (bounds.size() > kMost) sampleBounds(camera, image, lsFromView, bounds.subspan(kMost));
+  bounds = bounds.first(std::min(bounds.size(), kMost));
+  const std::size_t count = bounds.size();
   const SampleView view = sampleView(camera, image.width, image.height, lsFromView);
   const bool reversed = isReversed(camera), isPerspective = camera.projection == Projection::perspective;
-  float from[kMaxPartitions], to[kMaxPartitions];
-  glm::vec2 least[kMaxPartitions], most[kMaxPartitions];
+  // The ends of all intervals cut depth into cells; those between an interval's own ends are its samples.
+  constexpr float kInf = std::numeric_limits<float>::infinity();
+  constexpr float kMax = std::numeric_limits<float>::max();  // an infinite far plane's last depth values lie beyond it
+  float first[kMost], end[kMost], starts[2 * kMost];
   for (std::size_t i = 0; i < count; ++i) {
-    const double near = bounds[i].near - depthQuantum(camera, bounds[i].near), far = bounds[i].far + depthQuantum(camera, bounds[i].far);
-    const double a = windowDepth(camera, camera.projection == Projection::perspective ? std::max(near, bounds[i].near / 2.0) : near),
-                 b = windowDepth(camera, far);
-    from[i] = static_cast<float>(std::min(a, b));
-    to[i] = static_cast<float>(std::max(a, b));
-    least[i] = glm::vec2(std::numeric_limits<float>::infinity());
-    most[i] = -least[i];
+    const auto room = [&](double z) { return std::max(depthQuantum(camera, z), viewQuantum(camera, z)); };
+    const double near = bounds[i].near - room(bounds[i].near), far = bounds[i].far + room(bounds[i].far);
+    first[i] = static_cast<float>(windowDepth(camera, isPerspective ? std::max(near, bounds[i].near / 2.0) : near));
+    end[i] = std::nextafter(static_cast<float>(windowDepth(camera, far)), reversed ? -kInf : kInf);
+    starts[2 * i] = first[i];
+    starts[2 * i + 1] = end[i];
   }
-  constexpr int kRun = 256;  // pixels at a time, so that what is computed once stays near
-  float lsX[kRun], lsY[kRun], depths[kRun];
+  const auto isBefore = [&](float a, float b) { return reversed ? a > b : a < b; };
+  std::sort(starts, starts + 2 * count, isBefore);
+  const auto cells = static_cast<std::size_t>(std::unique(starts, starts + 2 * count) - starts);
+  struct Extent {
+    float most[4];  // of -x, -y, x, y
+  };
+  Extent extents[2 * kMost + 1];  // cell c begins at start c - 1
+  std::fill_n(&extents[0].most[0], 4 * (cells + 1), -kInf);
+  const BinFinder find(starts, cells, reversed);
+  constexpr int kRun = 256;  // pixels at a time: their positions by vectors, then where they go
+  float lsX[kRun], lsY[kRun];
   for (int y = 0; y < image.height; ++y)
     for (int start = 0; start < image.width; start += kRun) {
       const int run = std::min(kRun, image.width - start);
       const float* row = image.depths + y * image.stride + start;
+      const float up = static_cast<float>(y) + 0.5f;
       for (int x = 0; x < run; ++x) {
-        depths[x] = isSample(row[x], reversed) ? row[x] : -1.0f;  // below every interval
-        const float z = viewDepthOf(view, depths[x]), right = static_cast<float>(start + x) + 0.5f, up = static_cast<float>(y) + 0.5f;
+        const float z = std::min(viewDepthOf(view, row[x]), kMax), right = static_cast<float>(start + x) + 0.5f;
         const float atX = view.corner.x + view.pixels.x * right + view.pixels.z * up,
                     atY = view.corner.y + view.pixels.y * right + view.pixels.w * up;
-        lsX[x] = isPerspective ? (atX + view.forward.x) * z : atX + view.forward.x * z;
-        lsY[x] = isPerspective ? (atY + view.forward.y) * z : atY + view.forward.y * z;
+        lsX[x] = std::clamp(isPerspective ? (atX + view.forward.x) * z : atX + view.forward.x * z, -kMax, kMax);
+        lsY[x] = std::clamp(isPerspective ? (atY + view.forward.y) * z : atY + view.forward.y * z, -kMax, kMax);
       }
-      for (std::size_t i = 0; i < count; ++i)
-        for (int x = 0; x < run; ++x) {
-          const bool isInside = depths[x] >= from[i] && depths[x] <= to[i] && depths[x] >= 0.0f;
-          if (!isInside) continue;
-          least[i] = glm::min(least[i], glm::vec2(lsX[x], lsY[x]));
-          most[i] = glm::max(most[i], glm::vec2(lsX[x], lsY[x]));
-        }
+      for (int x = 0; x < run; ++x) {
+        if (!isSample(row[x], reversed)) continue;
+        float* most = extents[find(row[x])].most;
+        const float at[4] = {-lsX[x], -lsY[x], lsX[x], lsY[x]};
+        for (int k = 0; k < 4; ++k) most[k] = at[k] > most[k] ? at[k] : most[k];
+      }
     }
   for (std::size_t i = 0; i < count; ++i) {
-    constexpr float kMost = std::numeric_limits<float>::max();  // an infinite far plane's last depth values lie beyond it
-    bounds[i].least = glm::clamp(least[i], -kMost, kMost);
-    bounds[i].most = glm::clamp(most[i], -kMost, kMost);
-    if (!(least[i].x <= most[i].x)) bounds[i].far = -kInfinity;
+    Extent all{{-kInf, -kInf, -kInf, -kInf}};
+    const float *from = std::lower_bound(starts, starts + cells, first[i], isBefore),
+                *to = std::lower_bound(starts, starts + cells, end[i], isBefore);
+    for (const float* cell = from; cell < to; ++cell)
+      for (int k = 0; k < 4; ++k) all.most[k] = std::max(all.most[k], extents[cell - starts + 1].most[k]);
+    const bool isNone = all.most[0] == -kInf;
+    bounds[i].least = isNone ? glm::dvec2(kMax) : glm::dvec2(-all.most[0], -all.most[1]);
+    bounds[i].most = isNone ? glm::dvec2(-kMax) : glm::dvec2(all.most[2], all.most[3]);
+    if (isNone) bounds[i].far = -kInfinity;
   }
 }
 
 std::size_t keepBounds(std::span<SampleBounds> bounds) noexcept {
   return static_cast<std::size_t>(std::remove_if(bounds.begin(), bounds.end(), [](const SampleBounds& b) { return !(b.near <= b.far); }) -
                                   bounds.begin());
+}
+
+Status takeSamples(const Frame& frame, const DepthImage& image, SampleStore& store, Samples& samples) noexcept {
+  glm::dmat3 lsFromView;
+  if (const Status status = lightForSamples(frame, lsFromView); status != Status::ok) return status;
+  const Camera& camera = frame.camera;
+  sampleRange(camera, image, samples.near, samples.far);
+  samples.histogram = {};
+  samples.bounds = {};
+  if (!(samples.near <= samples.far)) return Status::ok;
+  const bool isRatio = samples.near > 0.0;
+  if (isRatio) {
+    float edges[kSampleBins + 1];
+    windowEdges(camera, samples.near, samples.far, edges);
+    sampleHistogram(camera, image, edges, store.histogram);
+    samples.histogram = store.histogram;
+  }
+  for (int i = 0; i < kSampleBins; ++i) {
+    const auto edge = [&](int k) {
+      return isRatio ? binEdge(samples, k) : samples.near + (samples.far - samples.near) * (static_cast<double>(k) / kSampleBins);
+    };
+    store.bounds[i] = {edge(i), edge(i + 1), glm::dvec2(0.0), glm::dvec2(0.0)};
+  }
+  sampleBounds(camera, image, lsFromView, store.bounds);
+  samples.bounds = std::span(store.bounds).first(keepBounds(store.bounds));
+  return Status::ok;
 }
 
 }  // namespace gnomon

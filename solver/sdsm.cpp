@@ -26,9 +26,14 @@ int findPlanes(const Frame& frame, const Region& region, const SdsmSettings& set
     made = settings.scheme == SdsmScheme::kmeans ? splitByMeans(bins, count, first)
                                                  : splitOptimally(bins, settings.norm, count, target, first, errors);
     error = made > 0 ? errors[made - 1] : 0.0;
-    const Samples& samples = *frame.samples;  // exactly where its spans begin
-    for (int i = 1; i < made; ++i)
-      planes[i - 1] = samples.histogram.empty() ? bins.near[first[i]] : binEdge(samples, bins.place[first[i]] * bins.joined);
+    const Samples& samples = *frame.samples;
+    for (int i = 1, span = 0; i < made; ++i) {
+      double& plane = planes[i - 1];
+      plane = samples.histogram.empty() ? bins.near[first[i]] : binEdge(samples, bins.place[first[i]] * bins.joined);
+      // Behind a gap the span begins a little before its first bin: all of it is the slice's.
+      while (span + 1 < region.spanCount && region.spans[span + 1].near <= plane) ++span;
+      if (region.spans[span].near > bins.far[first[i] - 1]) plane = region.spans[span].near;
+    }
     return std::max(made - 1, 0);
   }
   const bool isRatio = region.camera.projection == Projection::perspective;

@@ -32,12 +32,22 @@ class Cases : public ::testing::Test {
     Json input, result, verdict;
   };
 
+  // What a view may sample: neither the nearest nor the farthest depths, with gaps.
+  static Json samplesOf(const Json& camera) {
+    const double far = camera.contains("shadow_distance") ? camera["shadow_distance"].get<double>() : camera["far"].get<double>();
+    Json samples = {{"near", camera["near"].get<double>() * 2.5}, {"far", far * 0.7}, {"histogram", Json::array()}};
+    for (const auto& [bins, amount] : {std::pair(9, 4), {5, 0}, {14, 9}, {2, 0}, {1, 2}, {3, 0}, {8, 5}})
+      for (int i = 0; i < bins; ++i) samples["histogram"].push_back(amount);
+    return samples;
+  }
+
   // partitions: allowed instead of the case's own number, or 0.
-  [[nodiscard]] Answer solve(const fs::path& path, const std::string& settings, int partitions) const {
+  [[nodiscard]] Answer solve(const fs::path& path, const std::string& settings, int partitions, bool isSampled) const {
     const std::string stem =
         ::testing::TempDir() + "gnomon_" + std::to_string(getpid()) + "_" + path.stem().string();  // tests run side by side
     Json input = Json::parse(std::ifstream(path));
     if (partitions > 0) input["budget"]["partitions"] = partitions;
+    if (isSampled) input["samples"] = samplesOf(input["camera"]);
     std::ofstream(stem + ".case") << input;
     const std::string command = std::string(GNOMON_TOOL) + " solve " + stem + ".case " + settings + " > " + stem +
                                 ".json && /usr/bin/python3 " + (kData / "tools/judge.py").string() + " " + stem + ".case " + stem +
@@ -48,11 +58,12 @@ class Cases : public ::testing::Test {
 
   // Zero uncovered, no rule broken, predictions never below the judge's and at most `above` over them. Returns the geometric
   // mean of needed / limit over the views of four maps without a scene, or over all without one where partitions are given.
-  [[nodiscard]] double judge(const std::string& settings, double above, double aboveWithScene, int partitions = 0) const {
+  [[nodiscard]] double judge(const std::string& settings, double above, double aboveWithScene, int partitions = 0,
+                             bool isSampled = false) const {
     double logs = 0.0;
     int count = 0;
     for (const fs::path& path : cases_) {
-      const Answer answer = solve(path, settings, partitions);
+      const Answer answer = solve(path, settings, partitions, isSampled);
       const bool hasScene = answer.input.contains("scene");
       EXPECT_EQ(answer.verdict["uncovered"], 0) << path;
       EXPECT_TRUE(answer.verdict["violations"].empty()) << path << answer.verdict["violations"];
@@ -98,5 +109,11 @@ TEST_F(Cases, BestOfFour) { EXPECT_LE(judge(kLloyd + "best --set warp=least", 0.
 TEST_F(Cases, BestOfEight) { EXPECT_LE(judge(kLloyd + "best --set warp=least", 0.05, 1e9, 8), 2.9); }
 TEST_F(Cases, FittedRows) { EXPECT_GT(judge("--method lspsm", 1e-5, 1e9, 8), 1.0); }
 TEST_F(Cases, RowsByError) { EXPECT_LE(judge("--method lspsm --set rows=error --set warp=least", 0.05, 1e9, 8), 2.9); }
+
+// The judge sees few points of what is sampled in each slice.
+TEST_F(Cases, SlicesBySamples) {
+  for (const std::string scheme : {"logarithmic", "kmeans", "adaptive", "optimal --set norm=mean --set quantise=true"})
+    EXPECT_GT(judge("--method sdsm --set scheme=" + scheme, 1e9, 1e9, 0, true), 0.0) << scheme;
+}
 
 }  // namespace

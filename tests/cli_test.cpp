@@ -447,6 +447,89 @@ TEST_F(Cli, RefusesFilesThatCannotBeRead) {
   EXPECT_EQ(refusal(run({"run", missing, "--out", folder()})).rfind("gnomon: " + missing + ": ", 0), 0u);
 }
 
+// A floor with a block on it, as small a .glb as there can be.
+std::string smallScene() {
+  std::vector<float> positions;
+  std::vector<std::uint32_t> indices;
+  const auto add = [&](float x0, float x1, float y0, float y1, float z0, float z1) {
+    const auto first = static_cast<std::uint32_t>(positions.size() / 3);
+    for (int i = 0; i < 8; ++i) positions.insert(positions.end(), {i & 1 ? x1 : x0, i & 2 ? y1 : y0, i & 4 ? z1 : z0});
+    for (const std::uint32_t corner :
+         {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5})
+      indices.push_back(first + corner);
+  };
+  add(-20.0f, 20.0f, -1.0f, 0.0f, -12.0f, 12.0f);
+  add(3.0f, 4.0f, 0.0f, 6.0f, -1.0f, 1.0f);
+  const std::size_t bytes = 4 * (positions.size() + indices.size());
+  const Json json = {{"asset", {{"version", "2.0"}}},
+                     {"scene", 0},
+                     {"scenes", {{{"nodes", {0}}}}},
+                     {"nodes", {{{"mesh", 0}}}},
+                     {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1}}}}}}},
+                     {"buffers", {{{"byteLength", bytes}}}},
+                     {"bufferViews",
+                      {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", 4 * positions.size()}},
+                       {{"buffer", 0}, {"byteOffset", 4 * positions.size()}, {"byteLength", 4 * indices.size()}}}},
+                     {"accessors",
+                      {{{"bufferView", 0},
+                        {"componentType", 5126},
+                        {"count", positions.size() / 3},
+                        {"type", "VEC3"},
+                        {"min", {-20, -1, -12}},
+                        {"max", {20, 6, 12}}},
+                       {{"bufferView", 1}, {"componentType", 5125}, {"count", indices.size()}, {"type", "SCALAR"}}}}};
+  std::string text = json.dump();
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  std::string out;
+  const auto word = [&](std::size_t value) {
+    const auto number = static_cast<std::uint32_t>(value);
+    out.append(reinterpret_cast<const char*>(&number), 4);
+  };
+  for (const std::size_t value :
+       {std::size_t{0x46546c67}, std::size_t{2}, 12 + 8 + text.size() + 8 + bytes, text.size(), std::size_t{0x4e4f534a}})
+    word(value);
+  out += text;
+  word(bytes);
+  word(0x004e4942);
+  out.append(reinterpret_cast<const char*>(positions.data()), 4 * positions.size());
+  out.append(reinterpret_cast<const char*>(indices.data()), 4 * indices.size());
+  return out;
+}
+
+// Every row of its tables is there, and every number is one.
+TEST_F(Cli, WalksThroughAFile) {
+  const fs::path scene = folder() / "block.glb";
+  std::ofstream(scene, std::ios::binary) << smallScene();
+  const Output output = run({"walk", scene, "--out", folder() / "walk"});
+  ASSERT_EQ(output.code, 0) << output.err;
+  EXPECT_EQ(output.out, slurp(folder() / "walk/walk.txt"));
+  EXPECT_EQ(output.out.find("nan"), std::string::npos) << output.out;
+  for (const char* row :
+       {"block ", "zeta ", "splits 0.8", "slices by samples", "maps by samples 1", "both, optimal mean", "splits 0.8, stable"})
+    EXPECT_NE(output.out.find(row), std::string::npos) << row;
+  EXPECT_TRUE(fs::exists(folder() / "walk/block-12/shaded.png"));
+}
+
+// A method that needs samples takes them from the view: the same as those that its depths say, and no depth that nothing is at.
+TEST_F(Cli, RendersWithTheViewsOwnSamples) {
+  const fs::path scene = folder() / "block.glb", path = folder() / "case.json";
+  std::ofstream(scene, std::ios::binary) << smallScene();
+  Json input = usual();
+  input["camera"]["position"] = {-15.0, 4.0, 0.0};
+  input["camera"]["forward"] = {1.0, -0.2, 0.0};
+  input["image"] = {{"width", 160}, {"height", 90}};
+  std::ofstream(path) << input;
+  const Output output = run({"render", path, "--method", "sdsm", "--scene", scene, "--out", folder() / "out"});
+  ASSERT_EQ(output.code, 0) << output.err;
+  const Json result = Json::parse(slurp(folder() / "out/result.json"));
+  ASSERT_EQ(result["partitions"].size(), 4u);
+  const double dip = 0.2 / std::hypot(1.0, 0.2), ahead = 1.0 / std::hypot(1.0, 0.2);
+  // The floor at the picture's lower edge, and its far end at x = 20: view depths by hand, to what a pixel spans.
+  EXPECT_NEAR(result["partitions"][0]["near"].get<double>(), 4.0 / (dip + ahead * std::tan(0.5)), 0.2);
+  EXPECT_LE(result["partitions"][3]["far"].get<double>(), 35.0 * ahead + 4.0 * dip + 1e-3);
+  EXPECT_GE(result["partitions"][3]["far"].get<double>(), 30.0);
+}
+
 TEST_F(Cli, RefusesWrongUsageInOneLine) {
   const std::string path = folder() / "case.json";
   std::ofstream(path) << usual();

@@ -611,9 +611,6 @@ TEST(Hard, DepthImage) {
                        u = isReversed ? static_cast<double>(depth) : 1.0 - t;
           const double z = isPerspective ? 1.0 / (u / camera.near + t / camera.far) : camera.near * u + camera.far * t;
           if (z > std::min(camera.far, camera.shadowDistance)) continue;
-          // A bin's border is a float depth for who counts and a double for the solve: beside an empty bin they differ by a quantum.
-          constexpr double kCoarse = 1e-3;
-          if (depthQuantum(camera, z) > kCoarse * std::abs(z)) continue;
           c.cloud.push_back(viewPoint(camera, (x + 0.5) / width, (y + 0.5) / height, z));
         }
     }

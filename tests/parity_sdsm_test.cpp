@@ -3,6 +3,7 @@
 #include <cstring>
 #include <limits>
 
+#include "glsl_compile.h"
 #include "parity.h"
 
 #include "gnomon/sdsm.h"
@@ -312,26 +313,34 @@ void main() {
   return out;
 }
 
+// What a buffer holds; OpenGL ES reads it no other way.
+void readBuffer(GLuint buffer, std::size_t bytes, void* out) {
+  gl::BindBuffer(GL_SHADER_STORAGE_BUFFER, buffer);
+  const void* mapped = gl::MapBufferRange(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), GL_MAP_READ_BIT);
+  ASSERT_NE(mapped, nullptr);
+  std::memcpy(out, mapped, bytes);
+  gl::UnmapBuffer(GL_SHADER_STORAGE_BUFFER);
+}
+
 // One dispatch: extremes, bounds of an interval and a histogram.
-Reduced reduceByGroups(GLuint depths, int width, int height, const std::string& before, const std::vector<float>& edges) {
+std::string groupKernel(const std::string& before) {
   const std::string bins = std::to_string(kBins);
-  const GLuint program = buildProgram(
-      "450",
-      {{GL_COMPUTE_SHADER, "#include \"gnomon_sdsm.glsl\"\nlayout(local_size_x = 16, local_size_y = 16) in;\nuniform sampler2D level;\n" +
-                               before + R"(
+  return "#include \"gnomon_sdsm.glsl\"\nlayout(local_size_x = 16, local_size_y = 16) in;\nuniform highp sampler2D level;\n" + before + R"(
 layout(std430, binding = 0) buffer Maxima { uvec4 extremes, bounds; uint counts[)" +
-                               bins + R"(]; };
+         bins + R"(]; };
 layout(std430, binding = 1) readonly buffer Edges { float edges[)" +
-                               bins + R"( + 1]; };
+         bins + R"( + 1]; };
 shared vec4 scratch[256];
-shared uint held[)" + bins + R"(];
+shared uint held[)" +
+         bins + R"(];
 #define EDGE(i) edges[i]
 void main() {
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = textureSize(level, 0);
   bool isIn = pixel.x < size.x && pixel.y < size.y;
   float depth = isIn ? texelFetch(level, pixel, 0).r : -1.0;
   uint at = gl_LocalInvocationIndex;
-  if (at < )" + bins + R"(u) held[at] = 0u;
+  if (at < )" +
+         bins + R"(u) held[at] = 0u;
   GNOMON_REDUCE_GROUP(scratch, at, gnomonExtremes(law, depth))
   if (at == 0u) GNOMON_JOIN(extremes, scratch[0])
   barrier();
@@ -340,13 +349,19 @@ void main() {
   int bin;
   if (gnomonIsSample(law, depth)) {
     GNOMON_FIND_BIN(bin, law, depth, )" +
-                               bins + R"(, EDGE)
+         bins + R"(, EDGE)
     atomicAdd(held[bin], 1u);
   }
   barrier();
-  if (at < )" + bins + R"(u && held[at] > 0u) atomicAdd(counts[at], held[at]);
+  if (at < )" +
+         bins + R"(u && held[at] > 0u) atomicAdd(counts[at], held[at]);
 }
-)"}});
+)";
+}
+
+Reduced reduceByGroups(const std::string& version, GLuint depths, int width, int height, const std::string& before,
+                       const std::vector<float>& edges) {
+  const GLuint program = buildProgram(version, {{GL_COMPUTE_SHADER, groupKernel(before)}});
   GLuint buffers[2] = {};
   gl::GenBuffers(2, buffers);
   std::vector<std::uint32_t> words(8 + kBins, 0u);
@@ -360,8 +375,7 @@ void main() {
   gl::UseProgram(program);
   gl::DispatchCompute(static_cast<GLuint>((width + 15) / 16), static_cast<GLuint>((height + 15) / 16), 1);
   gl::MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
-  gl::BindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[0]);
-  gl::GetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(words.size() * 4), words.data());
+  readBuffer(buffers[0], words.size() * 4, words.data());
   gl::DeleteBuffers(2, buffers);
   gl::DeleteProgram(program);
   EXPECT_EQ(gl::GetError(), static_cast<GLenum>(GL_NO_ERROR));
@@ -436,23 +450,114 @@ TEST(SdsmReduction, TilesAgree) {
 }
 
 TEST(SdsmReduction, WorkgroupsAgree) {
-  const auto context = createContext(defaultBackend(), 4, 5);
-  gl::load(*context);
-  forEachImage([&](const Frame& frame, const Image& image, const std::vector<float>& depths, const SampleView& view,
-                   const glm::vec2& interval, const std::string& before) {
-    const GLuint texture = floatTexture(image.width, image.height, GL_R32F, GL_RED, depths.data());
-    const std::vector<float> edges = edgesOf(frame.camera);
-    const Reduced got = reduceByGroups(texture, image.width, image.height, before, edges);
-    gl::DeleteTextures(1, &texture);
-    expectSame(got, reference(frame, depths, image.width, image.height, view, interval, edges), true);
-  });
+  for (const bool isEs : {false, true}) {
+    const auto context = isEs ? createContext(Backend::egl, 3, 1, Profile::es) : createContext(defaultBackend(), 4, 5);
+    gl::load(*context);
+    forEachImage([&](const Frame& frame, const Image& image, const std::vector<float>& depths, const SampleView& view,
+                     const glm::vec2& interval, const std::string& before) {
+      if (isEs && image.width > 100) return;
+      const GLuint texture = floatTexture(image.width, image.height, GL_R32F, GL_RED, depths.data());
+      const std::vector<float> edges = edgesOf(frame.camera);
+      const Reduced got = reduceByGroups(isEs ? "310 es" : "450", texture, image.width, image.height, before, edges);
+      gl::DeleteTextures(1, &texture);
+      expectSame(got, reference(frame, depths, image.width, image.height, view, interval, edges), true);
+    });
+  }
+}
+
+constexpr int kBoxes = 96;
+
+// The whole of it: extremes, bounds of four slices, the block with the cull planes, and which boxes cast into which map.
+std::vector<std::string> wholeKernels(const SdsmSetup& setup, const SampleView& view) {
+  std::string before = R"(
+#define GNOMON_NO_UNIFORM
+#include "gnomon_sdsm.glsl"
+uniform highp sampler2D level;
+layout(std140) uniform Place { GnomonBlock place; };
+layout(std430, binding = 0) buffer Maxima { uvec4 extremes, bounds[4]; };
+layout(std140, binding = 1) buffer Made { GnomonBlock made; };
+layout(std430, binding = 2) buffer Cull { vec4 planes[4 * GNOMON_MAX_PARTITIONS]; uint maps; };
+layout(std430, binding = 3) buffer Casters { vec4 boxes[)" +
+                       std::to_string(2 * kBoxes) + R"(]; uint counts[4], draws[)" + std::to_string(4 * 5 * kBoxes) + R"(]; };
+shared vec4 scratch[256];
+const vec4 law = )" + literal(view.law) +
+                       ", corner = " + literal(view.corner) + ", pixels = " + literal(view.pixels) +
+                       ", forward = " + literal(view.forward) + ";\nconst GnomonSdsmSetup setup = GnomonSdsmSetup(";
+  for (const glm::vec4* v : {&setup.lsX, &setup.lsY, &setup.clipZ, &setup.rays, &setup.depth, &setup.tests})
+    before += (v == &setup.lsX ? "" : ", ") + literal(*v);
+  before += ");\n";
+  const std::string group = before + R"(
+layout(local_size_x = 16, local_size_y = 16) in;
+void main() {
+  uint at = gl_LocalInvocationIndex;
+  ivec2 pixel = ivec2(gl_GlobalInvocationID.xy), size = textureSize(level, 0);
+  float depth = pixel.x < size.x && pixel.y < size.y ? texelFetch(level, pixel, 0).r : -1.0;
+)";
+  return {group + R"(
+  GNOMON_REDUCE_GROUP(scratch, at, gnomonExtremes(law, depth))
+  if (at == 0u) GNOMON_JOIN(extremes, scratch[0])
+}
+)",
+          group + R"(
+  vec2 range = gnomonShadowedRange(setup, law, gnomonUnordered(extremes));
+  vec2 position = gnomonSamplePosition(law, corner, pixels, forward, pixel, depth);
+  for (int i = 0; i < 4; ++i) {
+    GNOMON_REDUCE_GROUP(scratch, at, gnomonBoundsOf(law, position, depth, gnomonSliceDepths(law, gnomonSlice(law, range, i, 4))))
+    if (at == 0u && scratch[0].x > -3e38) GNOMON_JOIN(bounds[i], scratch[0])
+    barrier();
+  }
+}
+)",
+          before + R"(
+layout(local_size_x = 1) in;
+void main() {
+  GNOMON_FINISH(made, place, setup, law, gnomonUnordered(extremes), bounds, 4)
+  GNOMON_FINISH_CULL(planes, maps, made)
+}
+)",
+          before + R"(
+layout(local_size_x = 32) in;
+void main() {
+  int box = int(gl_GlobalInvocationID.x), map = int(gl_GlobalInvocationID.y);
+  bool isIn;
+  GNOMON_CULL_BOX(isIn, planes, map, boxes[2 * box].xyz, boxes[2 * box + 1].xyz)
+  draws[5 * ()" +
+              std::to_string(kBoxes) +
+              R"( * map + box) + 1] = isIn ? 1u : 0u;  // instances, of count, instances, first, base vertex, base instance
+  if (isIn) atomicAdd(counts[map], 1u);
+}
+)"};
+}
+
+// Every kernel in every dialect that has compute shaders, as SPIR-V where it has that.
+TEST(SdsmReduction, KernelsCompileInEveryDialect) {
+  const Frame frame = usualFrame();
+  SdsmSetup setup;
+  ASSERT_EQ(sdsmSetup(frame, setup), Status::ok);
+  const SampleView view = sampleView(frame.camera, 64, 36, glm::dmat3(1.0));
+  std::vector<std::string> kernels = wholeKernels(setup, view);
+  kernels.push_back(groupKernel("const vec4 law = " + literal(view.law) + ", corner = " + literal(view.corner) +
+                                ", pixels = " + literal(view.pixels) + ", forward = " + literal(view.forward) +
+                                ";\nconst vec2 interval = vec2(0.25, 0.5);\n"));
+  using check::GlslTarget;
+  const std::pair<const char*, GlslTarget> dialects[] = {
+      {"430", GlslTarget::validate}, {"430", GlslTarget::openGl},      {"450", GlslTarget::openGl},    {"450", GlslTarget::vulkan},
+      {"460", GlslTarget::vulkan},   {"310 es", GlslTarget::validate}, {"310 es", GlslTarget::vulkan}, {"320 es", GlslTarget::vulkan}};
+  for (const auto& [version, target] : dialects)
+    for (const std::string& kernel : kernels) {
+      check::GlslSource source(kernel);
+      source.version = version;
+      const check::GlslResult result = check::compileGlsl(check::GlslStage::compute, source, target);
+      ASSERT_TRUE(result.isFine) << version << "\n" << result.log;
+      if (target != GlslTarget::validate) {
+        EXPECT_EQ(check::validateSpirv(result.spirv, target), "") << version;
+      }
+    }
 }
 
 // The whole of it on the GPU: two reductions and one invocation, and the buffer is the block that shaders read. Every sample that may be
 // shadowed is found in its partition's map; empty slices are gone; an empty view has none.
-TEST(SdsmReduction, BlockIsMadeOnTheGpu) {
-  const auto context = createContext(defaultBackend(), 4, 5);
-  gl::load(*context);
+void makeOnTheGpu(const std::string& version) {
   Random random(95);
   int which = 0;
   for (Frame frame : views()) {
@@ -470,40 +575,22 @@ TEST(SdsmReduction, BlockIsMadeOnTheGpu) {
     const SampleView view = sampleView(frame.camera, kWidth, kHeight, lsFromView);
     const auto place = solve(frame, {.split = {}, .fit = FitMode::slice});
     ASSERT_EQ(place->partitionCount, 4);
-    std::string before =
-        "#define GNOMON_NO_UNIFORM\n#include \"gnomon_sdsm.glsl\"\nuniform sampler2D level;\nlayout(std140) uniform Place { GnomonBlock "
-        "place; };\n"
-        "layout(std430, binding = 0) buffer Maxima { uvec4 extremes, bounds[4]; };\nlayout(std140, binding = 1) buffer Made { GnomonBlock "
-        "made; };\n"
-        "shared vec4 scratch[256];\nconst vec4 law = " +
-        literal(view.law) + ";\nconst GnomonSdsmSetup setup = GnomonSdsmSetup(";
-    for (const glm::vec4* v : {&setup.lsX, &setup.lsY, &setup.clipZ, &setup.rays, &setup.depth, &setup.tests})
-      before += (v == &setup.lsX ? "" : ", ") + literal(*v);
-    before += ");\n";
-    const std::string group =
-        "layout(local_size_x = 16, local_size_y = 16) in;\nvoid main() {\n  uint at = gl_LocalInvocationIndex;\n  ivec2 pixel = "
-        "ivec2(gl_GlobalInvocationID.xy), size = "
-        "textureSize(level, "
-        "0);\n  float depth = pixel.x < size.x && pixel.y < size.y ? texelFetch(level, pixel, 0).r : -1.0;\n";
-    const auto program = [&](const std::string& text) { return buildProgram("450", {{GL_COMPUTE_SHADER, before + text}}); };
-    const GLuint programs[] = {
-        program(group + "  GNOMON_REDUCE_GROUP(scratch, at, gnomonExtremes(law, depth))\n  if (at == 0u) "
-                        "GNOMON_JOIN(extremes, scratch[0])\n}\n"),
-        program(group +
-                "  vec2 range = gnomonShadowedRange(setup, law, gnomonUnordered(extremes));\n  vec2 position = gnomonSamplePosition(law, " +
-                literal(view.corner) + ", " + literal(view.pixels) + ", " + literal(view.forward) + R"(, pixel, depth);
-  for (int i = 0; i < 4; ++i) {
-    GNOMON_REDUCE_GROUP(scratch, at, gnomonBoundsOf(law, position, depth, gnomonSliceDepths(law, gnomonSlice(law, range, i, 4))))
-    if (at == 0u && scratch[0].x > -3e38) GNOMON_JOIN(bounds[i], scratch[0])
-    barrier();
-  }
-}
-)"),
-        program("layout(local_size_x = 1) in;\nvoid main() { GNOMON_FINISH(made, place, setup, law, gnomonUnordered(extremes), bounds, 4) "
-                "}\n")};
+    std::vector<GLuint> programs;
+    for (const std::string& kernel : wholeKernels(setup, view)) programs.push_back(buildProgram(version, {{GL_COMPUTE_SHADER, kernel}}));
     const GLuint texture = floatTexture(kWidth, kHeight, GL_R32F, GL_RED, depths.data());
-    GLuint buffers[3] = {};
-    gl::GenBuffers(3, buffers);
+    struct Casters {
+      glm::vec4 boxes[2 * kBoxes];
+      std::uint32_t counts[4], draws[4 * 5 * kBoxes];
+    };
+    const auto casters = std::make_unique<Casters>();
+    for (int i = 0; i < kBoxes; ++i) {
+      const glm::vec3 at = glm::vec3(random.direction() * random.logUniform(1.0, 200.0));
+      const auto size = static_cast<float>(random.logUniform(0.01, 20.0));
+      casters->boxes[2 * i] = glm::vec4(at - size, 0.0f);
+      casters->boxes[2 * i + 1] = glm::vec4(at + size, 0.0f);
+    }
+    GLuint buffers[5] = {};
+    gl::GenBuffers(5, buffers);
     const std::vector<std::uint32_t> zeros(20, 0u);
     gl::BindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[0]);
     gl::BufferData(GL_SHADER_STORAGE_BUFFER, 80, zeros.data(), GL_DYNAMIC_DRAW);
@@ -514,18 +601,50 @@ TEST(SdsmReduction, BlockIsMadeOnTheGpu) {
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, buffers[0]);
     gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, buffers[1]);
     gl::BindBufferBase(GL_UNIFORM_BUFFER, 0, buffers[2]);
-    for (int pass = 0; pass < 3; ++pass) {
+    gl::BindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[3]);
+    gl::BufferData(GL_SHADER_STORAGE_BUFFER, 64 * 16 + 16, nullptr, GL_DYNAMIC_DRAW);
+    gl::BindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[4]);
+    gl::BufferData(GL_SHADER_STORAGE_BUFFER, sizeof(Casters), casters.get(), GL_DYNAMIC_DRAW);
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, buffers[3]);
+    gl::BindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, buffers[4]);
+    const glm::uvec2 groups[] = {
+        {(kWidth + 15) / 16, (kHeight + 15) / 16}, {(kWidth + 15) / 16, (kHeight + 15) / 16}, {1, 1}, {kBoxes / 32, 4}};
+    for (std::size_t pass = 0; pass < programs.size(); ++pass) {
       gl::UseProgram(programs[pass]);
-      gl::DispatchCompute(pass < 2 ? (kWidth + 15) / 16 : 1, pass < 2 ? (kHeight + 15) / 16 : 1, 1);
+      gl::DispatchCompute(groups[pass].x, groups[pass].y, 1);
       gl::MemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_UNIFORM_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
     }
     auto made = std::make_unique<GnomonBlock>();
-    gl::BindBuffer(GL_SHADER_STORAGE_BUFFER, buffers[1]);
-    gl::GetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, sizeof(GnomonBlock), made.get());
-    gl::DeleteBuffers(3, buffers);
+    readBuffer(buffers[1], sizeof(GnomonBlock), made.get());
+    readBuffer(buffers[4], sizeof(Casters), casters.get());
+    gl::DeleteBuffers(5, buffers);
     gl::DeleteTextures(1, &texture);
     for (const GLuint each : programs) gl::DeleteProgram(each);
     ASSERT_EQ(gl::GetError(), static_cast<GLenum>(GL_NO_ERROR));
+
+    // Which boxes cast: those with a corner on the inner side of each of the map's sides.
+    for (unsigned m = 0; m < 4; ++m) {
+      std::uint32_t passed = 0;
+      for (unsigned b = 0; b < kBoxes; ++b) {
+        bool isIn = m < made->info.x, isClose = false;
+        for (int side = 0; side < 4 && m < made->info.x; ++side) {
+          const glm::dmat4 clip(made->partitions[m].clipFromWorld);
+          double most = -kInfinity;
+          for (int corner = 0; corner < 8; ++corner) {
+            const glm::vec4 *least = &casters->boxes[2 * b], *greatest = least + 1;
+            const glm::dvec4 q = clip * glm::dvec4((corner & 1 ? greatest : least)->x, (corner & 2 ? greatest : least)->y,
+                                                   (corner & 4 ? greatest : least)->z, 1.0);
+            most = std::max(most, q.w + (side % 2 ? -1.0 : 1.0) * q[side / 2]);
+          }
+          isIn = isIn && most >= 0.0;
+          isClose = isClose || std::abs(most) < 1e-3;  // float32 decides
+        }
+        const std::uint32_t instances = casters->draws[5 * (kBoxes * m + b) + 1];
+        passed += instances;
+        EXPECT_TRUE(isClose || instances == (isIn ? 1u : 0u)) << m << " " << b;
+      }
+      EXPECT_EQ(casters->counts[m], passed);
+    }
 
     if (which == 5) {
       EXPECT_EQ(made->info.x, 0u);
@@ -555,6 +674,14 @@ TEST(SdsmReduction, BlockIsMadeOnTheGpu) {
           << which << " " << z << " " << at.x << " " << at.y << " " << at.z;
     }
     EXPECT_GT(samples, 500);
+  }
+}
+
+TEST(SdsmReduction, BlockIsMadeOnTheGpu) {
+  for (const bool isEs : {false, true}) {
+    const auto context = isEs ? createContext(Backend::egl, 3, 1, Profile::es) : createContext(defaultBackend(), 4, 5);
+    gl::load(*context);
+    makeOnTheGpu(isEs ? "310 es" : "450");
   }
 }
 

@@ -2,7 +2,7 @@
 //
 // Based on: [Lauritzen 2010, "Partitioning Variants" and "Future Work"]. A slice [a, b] has at depth z the error
 // sqrt(area of the plain fit of [a, b]) / w_i(z), times the weight of z's bin; the norm takes it over all samples.
-//   max         dynamic programme in O(n k log n): a slice inside another costs no more (proved), so each step is a bisection
+//   max         dynamic programme in O(n k): a slice inside another costs no more (proved), so the best begin only moves on
 //   mean, meanSquare  O(n^2 k) with an exact cut-off; O(n k log n) where the costs are a Monge array, which is checked
 // Differences from the slides: k-means clusters the logarithms of depth (of the bins), from their quantiles.
 // Shader part: none.

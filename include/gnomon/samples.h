@@ -46,10 +46,22 @@ struct SampleView {
 [[nodiscard]] SampleView sampleView(const Camera& camera, int width, int height, const glm::dmat3& lsFromView) noexcept;
 
 // The light-space rectangle of the samples in each interval; near and far are given. An interval without samples has near > far then: leave
-// those out, as keepBounds() does. At most kMaxPartitions at once. Samples that a depth value cannot tell from an end count on both sides of it.
+// those out, as keepBounds() does. Samples that float32 depth cannot tell from an end count on both sides of it.
 void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat3& lsFromView, std::span<SampleBounds> bounds) noexcept;
 
 // Moves the intervals that hold samples to the front. Returns their number.
 [[nodiscard]] std::size_t keepBounds(std::span<SampleBounds> bounds) noexcept;
+
+inline constexpr int kSampleBins = 64;
+
+// What takeSamples() fills; the spans of its Samples look into it.
+struct SampleStore {
+  std::uint32_t histogram[kSampleBins];
+  SampleBounds bounds[kSampleBins];
+};
+
+// All of it at once: range, histogram (where all depths are > 0) and the bounds of each bin. Samples::weights and latency stay. Errors: those
+// of lightForSamples().
+[[nodiscard]] Status takeSamples(const Frame& frame, const DepthImage& image, SampleStore& store, Samples& samples) noexcept;
 
 }  // namespace gnomon

@@ -516,10 +516,8 @@ void parseSdsm(const Fields& fields, Case& out) {
   choiceIf(fields, "scheme", kSdsmWords, sdsm.scheme);
   choiceIf(fields, "norm", kNormWords, sdsm.norm);
   choiceIf(fields, "bounds", kBoundsWords, sdsm.bounds);
-  if (fields.has("latency")) {
-    const double latency = fields.number("latency", Status::samplesLatency);
-    if (out.samples) out.samples->latency = latency;
-  }
+  fields.numberIf("latency", Status::samplesLatency, out.latency);
+  if (out.samples) out.samples->latency = out.latency;
   fields.numberIf("hysteresis", Status::sdsmHysteresis, sdsm.hysteresis);
   if (const Json* quantise = fields.find("quantise")) {
     if (!quantise->is_boolean()) refuse("method.quantise", "must be true or false", wordOrText(*quantise));
@@ -575,6 +573,8 @@ constexpr Engine kEngines[] = {
 const Engine& engineOf(const Case& input) {
   return *std::find_if(std::begin(kEngines), std::end(kEngines), [&](const Engine& engine) { return input.method == engine.name; });
 }
+
+const Json kDefaultMethod = {{"name", "pssm"}};
 
 void parseMethod(const Json& value, Case& out) {
   Fields::requireObject(value, "method");
@@ -730,7 +730,13 @@ Case parseCase(Json root) {
   }
   fields.numberIf("fade", Status::fade, frame.fade);
   if (const Json* budget = fields.find("budget")) parseBudget(*budget, frame.budget);
-  parseMethod(fields.has("method") ? *fields.find("method") : Json{{"name", "pssm"}}, out);
+  parseMethod(fields.has("method") ? *fields.find("method") : kDefaultMethod, out);
+  return out;
+}
+
+Case methodCase(const std::string& name) {
+  Case out;
+  parseMethod(name.empty() ? kDefaultMethod : Json{{"name", name}}, out);
   return out;
 }
 

@@ -51,6 +51,7 @@ struct Case {
   std::vector<double> splits, weights;
   std::vector<std::uint32_t> histogram;
   std::vector<SampleBounds> bounds;
+  double latency = 0.0;  // of samples, these or others
   std::unique_ptr<Samples> samples;  // at an address that a move keeps
 };
 
@@ -69,6 +70,9 @@ void setMethod(Json& root, const std::string& name);
 void setField(Json& root, const std::string& assignment);
 
 [[nodiscard]] Case parseCase(Json root);
+
+// A case of a method with its default settings and nothing else; no name: the method of cases that name none.
+[[nodiscard]] Case methodCase(const std::string& name);
 
 // A warp as cases spell it.
 [[nodiscard]] const std::string& warpName(Warp warp);

@@ -127,6 +127,17 @@ offscreen::Filter filterNamed(const std::string& name) {
   throw Refusal("--filter: must be one of none, 3x3, tent, got " + name);
 }
 
+// Gives a case whose method asks for samples those of the view; null where it does not ask.
+std::unique_ptr<offscreen::ViewSamples> sampleView(offscreen::Renderer& renderer, Case& input, Solution& solution) {
+  if (cli::solve(input, input.frame, solution) != Status::samplesMissing) return nullptr;
+  const ImageSize& image = input.frame.image;
+  auto samples =
+      std::make_unique<offscreen::ViewSamples>(renderer, input.frame, static_cast<int>(image.width), static_cast<int>(image.height));
+  samples->samples.latency = input.latency;
+  input.frame.samples = &samples->samples;
+  return samples;
+}
+
 std::string percent(double share) {
   std::ostringstream out;
   out << std::fixed << std::setprecision(3) << 100.0 * share << " %";
@@ -134,19 +145,22 @@ std::string percent(double share) {
 }
 
 int render(const SolveArguments& arguments, const std::string& scene, const std::string& folder, const std::string& filter) {
-  const Case input = arguments.read();
+  Case input = arguments.read();
   offscreen::RenderOptions options;
   options.width = pictureSide("image.width", input.frame.image.width);
   options.height = pictureSide("image.height", input.frame.image.height);
   options.filter = filterNamed(filter);
   auto solution = std::make_unique<Solution>();
-  const Json result = solveCase(input, arguments.repeat, *solution);
+  Json result;  // what is refused is refused before anything starts; missing samples the view has
+  if (cli::solve(input, input.frame, *solution) != Status::samplesMissing) result = solveCase(input, arguments.repeat, *solution);
   const offscreen::Mesh mesh = loadScene(scene);
   std::cerr << "building the ray tracer's tree, " << mesh.indices.size() / 3 << " triangles\n";
   const offscreen::Tracer tracer(mesh);
   offscreen::Renderer renderer;
   std::cerr << "rendering on " << renderer.device() << "\n";
   renderer.load(mesh);
+  const auto samples = sampleView(renderer, input, *solution);
+  if (samples) result = solveCase(input, arguments.repeat, *solution);
   const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, input.frame, *solution, options);
   offscreen::writePictures(picture, folder);
   offscreen::writeArrays(picture, folder);
@@ -191,8 +205,9 @@ std::string number(double value, int digits) {
 }
 
 // Renders and judges every view; pictures in folders under `folder`, the table on standard output and in table.txt.
-int run(const std::string& file, const std::string& folder) {
+int run(const std::string& file, const std::string& method, const std::string& folder) {
   constexpr double kWidth = 1280.0, kHeight = 720.0;
+  cli::Case input = cli::methodCase(method);
   constexpr int kTimings = 101;
   struct Job {
     offscreen::Mesh mesh;
@@ -231,12 +246,12 @@ int run(const std::string& file, const std::string& folder) {
       frame.image = {kWidth, kHeight};
       frame.scene.receivers = {&bounds, 1};
       auto solution = std::make_unique<Solution>();
-      cli::Case input;
       input.frame = frame;
+      const auto samples = sampleView(renderer, input, *solution);
       const double ns = cli::timedSolve(input, kTimings, *solution);
       if (solution->status != Status::ok)
         throw std::runtime_error(title + ": " + statusField(solution->status) + " " + statusRule(solution->status));
-      const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, frame, *solution, {});
+      const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, input.frame, *solution, {});
       offscreen::writePictures(picture, folder + "/" + title + "-" + view.camera + "-" + view.light);
       double texels = 0.0;
       for (int i = 0; i < solution->partitionCount; ++i)
@@ -283,6 +298,7 @@ int main(int argc, char** argv) {
   CLI::App* runCommand = app.add_subcommand("run", "the main job: render and judge the built-in scenes, or a .glb");
   runCommand->add_option("scene", file, "a .glb file; none: the built-in scenes");
   runCommand->add_option("--out", folder, "folder for pictures and the table")->default_val("out");
+  runCommand->add_option("--method", arguments.method, "the method, as it stands");
   std::vector<std::string> walked;
   std::string walkFolder;
   CLI::App* walkCommand = app.add_subcommand("walk", "how many maps light-plane rows take along a walk, and what they cost beside splits");
@@ -306,7 +322,7 @@ int main(int argc, char** argv) {
     else if (checkCommand->parsed())
       code = cli::check(checkArguments);
     else
-      code = run(file, folder);
+      code = run(file, arguments.method, folder);
     if (!std::cout.flush()) throw std::runtime_error("standard output: cannot be written");
     return code;
   } catch (const CLI::Success& asked) {  // --help

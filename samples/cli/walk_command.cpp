@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -15,6 +14,8 @@
 #include "gnomon/camera.h"
 #include "job.h"
 #include "scene.h"
+#include "text.h"
+#include "walk_samples.h"
 
 namespace gnomon::cli {
 namespace {
@@ -68,16 +69,12 @@ double texelsOf(const Solution& solution) {
   return texels;
 }
 
-void require(Status status) {
-  if (status != Status::ok) throw std::runtime_error(std::string(statusField(status)) + ": " + statusRule(status));
-}
-
 // What the steps of one scene say.
 struct Tally {
   std::array<double, kZetas.size()> maps{};
   std::array<int, kBins> theta{};
   int steps = 0, refused = 0, pictures = 0;
-  double pictureMaps = 0.0, rowsMs = 0.0, splitsMs = 0.0;
+  double pictureMaps = 0.0, rowsMs = 0.0, splitsMs = 0.0, sampledMs = 0.0;
   std::array<double, 4> wrong{};  // rows and columns, rows, splits, best: of as many passes and texels
 };
 
@@ -116,6 +113,12 @@ void drawStep(offscreen::Renderer& renderer, const offscreen::Tracer& tracer, co
 
   require(solvePssm(frame, {}, *solution));
   tally.splitsMs += renderer.render(frame, *solution, options).frameMs;
+  Frame sampled = frame;
+  const offscreen::ViewSamples view(renderer, frame, options.width, options.height);
+  sampled.samples = &view.samples;
+  SdsmState state;
+  require(solveSdsm(sampled, {}, state, *solution));
+  tally.sampledMs += renderer.render(frame, *solution, options).frameMs;
   const auto judge = [&](std::size_t which, Status status) {
     require(status);
     tally.wrong[which] += offscreen::makePicture(renderer, tracer, equal, *solution, options).wrong.share();
@@ -126,15 +129,6 @@ void drawStep(offscreen::Renderer& renderer, const offscreen::Tracer& tracer, co
   judge(1, solveLspsm(equal, narrow, *solution));
   judge(2, solvePssm(equal, {}, *solution));
   judge(3, solveLloyd(equal, {.scheme = LloydScheme::best, .split = {}, .warp = {.warp = Warp::least}}, *solution));
-}
-
-std::string line(const char* format, ...) {
-  char text[256];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
 }
 
 Scene open(const std::string& file) {
@@ -161,9 +155,11 @@ int walk(const std::vector<std::string>& files, const std::string& folder) {
   offscreen::Renderer renderer;
   std::cerr << "rendering on " << renderer.device() << "\n";
   std::string table = line(
-      "%-12s %6s %8s %9s %9s %7s   wrong, %% of pixels that face the light, equal passes and texels:\n%-12s %6s %8s %9s %9s %7s   %8s %8s "
+      "%-12s %6s %8s %9s %9s %9s   wrong, %% of pixels that face the light, equal passes and texels:\n%-12s %6s %8s %9s %9s %9s   %8s %8s "
       "%8s %8s\n",
-      "", "maps", "refused", "frame", "8 splits", "time", "scene", "N", "paper", "ms", "ms", "ratio", "lspsm", "1 column", "pssm", "best");
+      "", "maps", "refused", "frame", "time, of", "time, of", "scene", "N", "paper", "ms", "8 splits", "8 sdsm", "lspsm", "1 column",
+      "pssm", "best");
+  std::string sampled;
   Tally all;
   for (const Scene& scene : scenes) {
     std::cerr << scene.name << "\n";
@@ -179,9 +175,10 @@ int walk(const std::vector<std::string>& files, const std::string& folder) {
         drawStep(renderer, tracer, frame, folder + "/" + scene.name + "-" + std::to_string(step), tally);
     }
     const auto share = [&](std::size_t which) { return 100.0 * tally.wrong[which] / tally.pictures; };
-    table += line("%-12s %6.2f %7.0f%% %9.1f %9.1f %7.2f   %8.2f %8.2f %8.2f %8.2f\n", scene.name.c_str(), tally.maps[4] / tally.steps,
-                  100.0 * tally.refused / tally.steps, tally.rowsMs / tally.pictures, tally.splitsMs / tally.pictures,
-                  tally.rowsMs / tally.splitsMs, share(0), share(1), share(2), share(3));
+    table += line("%-12s %6.2f %7.0f%% %9.1f %9.2f %9.2f   %8.2f %8.2f %8.2f %8.2f\n", scene.name.c_str(), tally.maps[4] / tally.steps,
+                  100.0 * tally.refused / tally.steps, tally.rowsMs / tally.pictures, tally.rowsMs / tally.splitsMs,
+                  tally.rowsMs / tally.sampledMs, share(0), share(1), share(2), share(3));
+    sampled += "\n" + scene.name + ", walked through its middle\n" + walkSamples(renderer, tracer, bounds, scene.start.lightDirectionWs);
     for (std::size_t i = 0; i < kZetas.size(); ++i) all.maps[i] += tally.maps[i];
     for (std::size_t i = 0; i < kBins; ++i) all.theta[i] += tally.theta[i];
     all.steps += tally.steps;
@@ -197,6 +194,7 @@ int walk(const std::vector<std::string>& files, const std::string& folder) {
       table += line("%2d to %2d %4d %% ", i * 90 / kBins, (i + 1) * 90 / kBins, percent) +
                std::string(static_cast<std::size_t>(percent), '#') + "\n";
   }
+  table += sampled;
   std::ofstream file(folder + "/walk.txt");
   file << table;
   if (!file) throw std::runtime_error(folder + "/walk.txt: cannot be written");

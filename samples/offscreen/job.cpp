@@ -2,10 +2,17 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <stdexcept>
 
 #include "picture.h"
 
 namespace gnomon::offscreen {
+
+ViewSamples::ViewSamples(Renderer& renderer, const Frame& frame, int width, int height) {
+  const std::vector<float> depths = renderer.depths(frame, width, height);
+  if (const Status status = takeSamples(frame, {depths.data(), width, height, width}, m_store, samples); status != Status::ok)
+    throw std::runtime_error(std::string(statusField(status)) + ": " + statusRule(status));
+}
 
 Picture makePicture(Renderer& renderer, const Tracer& tracer, const Frame& frame, const Solution& solution, const RenderOptions& options) {
   Picture picture;

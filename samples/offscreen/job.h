@@ -7,12 +7,26 @@
 #include <memory>
 #include <string>
 
+#include "gnomon/samples.h"
 #include "predicted.h"
 #include "render.h"
 #include "truth.h"
 #include "wrong.h"
 
 namespace gnomon::offscreen {
+
+// What a view of the renderer's mesh samples, and the storage behind it: it stays where it is made.
+struct ViewSamples {
+  // Draws the view's depth buffer and reduces it. Throws std::runtime_error.
+  ViewSamples(Renderer& renderer, const Frame& frame, int width, int height);
+  ViewSamples(const ViewSamples&) = delete;
+  ViewSamples& operator=(const ViewSamples&) = delete;
+
+  Samples samples;
+
+ private:
+  SampleStore m_store;
+};
 
 struct Picture {
   RenderOutput image;

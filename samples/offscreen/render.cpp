@@ -120,6 +120,12 @@ void main() {
 }
 )";
 
+constexpr const char* kDepthVertex = R"(
+layout(location = 0) in vec3 position;
+uniform mat4 clipFromWorld;
+void main() { gl_Position = clipFromWorld * vec4(position, 1.0); }
+)";
+
 // By Filter. A program for each: a branch would put the cost of all three into every frame.
 constexpr std::array<const char*, 3> kShadowFunctions{"gnomonShadow", "gnomonShadow3x3", "gnomonShadowTent"};
 
@@ -322,7 +328,7 @@ void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<flo
 
 struct Renderer::State {
   std::unique_ptr<Context> context;
-  GLuint cast = 0, flat = 0, atlas = 0, layer = 0, vertexArray = 0, vertices = 0, elements = 0, block = 0;
+  GLuint cast = 0, flat = 0, atlas = 0, layer = 0, depth = 0, vertexArray = 0, vertices = 0, elements = 0, block = 0;
   std::array<GLuint, kShadowFunctions.size()> views{};
   std::unique_ptr<Texture> normals;
   Mesh mesh;
@@ -334,7 +340,7 @@ struct Renderer::State {
   ~State() {
     if (!context) return;
     normals.reset();
-    for (const GLuint program : {cast, flat, atlas, layer}) gl::DeleteProgram(program);
+    for (const GLuint program : {cast, flat, atlas, layer, depth}) gl::DeleteProgram(program);
     for (const GLuint program : views) gl::DeleteProgram(program);
     for (GLuint* buffer : {&vertices, &elements, &block}) gl::DeleteBuffers(1, buffer);
     gl::DeleteVertexArrays(1, &vertexArray);
@@ -387,13 +393,15 @@ Renderer::Renderer(Backend backend, const std::string& version) : state_(std::ma
   state_->context = std::move(context);
   const auto build = [&](const std::vector<std::pair<GLenum, std::string>>& stages) {
     const GLuint program = buildProgram(version, stages);
-    gl::UniformBlockBinding(program, gl::GetUniformBlockIndex(program, "gnomonUniforms"), 0);
+    if (const GLuint block = gl::GetUniformBlockIndex(program, "gnomonUniforms"); block != GL_INVALID_INDEX)
+      gl::UniformBlockBinding(program, block, 0);
     return program;
   };
   state_->cast = build({{GL_VERTEX_SHADER, kCastVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
   state_->flat = build({{GL_VERTEX_SHADER, kFlatVertex}, {GL_FRAGMENT_SHADER, kFlatFragment}});
   state_->atlas = build({{GL_VERTEX_SHADER, kAtlasVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
   state_->layer = build({{GL_VERTEX_SHADER, kLayerVertex}, {GL_GEOMETRY_SHADER, kLayerGeometry}, {GL_FRAGMENT_SHADER, kCastFragment}});
+  state_->depth = build({{GL_VERTEX_SHADER, kDepthVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
   for (std::size_t i = 0; i < kShadowFunctions.size(); ++i)
     state_->views[i] = build(
         {{GL_VERTEX_SHADER, kViewVertex}, {GL_FRAGMENT_SHADER, std::string("#define SHADOW ") + kShadowFunctions[i] + kViewFragment}});
@@ -413,6 +421,34 @@ std::string Renderer::device() const {
 void Renderer::load(const Mesh& mesh) {
   state_->context->makeCurrent();
   state_->load(mesh);
+}
+
+std::vector<float> Renderer::depths(const Frame& frame, int width, int height) {
+  State& s = *state_;
+  s.context->makeCurrent();
+  if (s.indices.empty()) throw std::runtime_error("Renderer: no mesh was loaded");
+  const glm::dvec3 originWs = frame.worldSpace ? glm::dvec3(0.0) : frame.camera.positionWs;
+  s.place(originWs);
+  const Framebuffer target;
+  const Texture depth(GL_TEXTURE_2D);
+  gl::TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, width, height, 0, GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
+  gl::FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.name(), 0);
+  gl::DrawBuffer(GL_NONE);
+  gl::ReadBuffer(GL_NONE);
+  Framebuffer::require();
+  setConvention(frame.camera.depth, false);
+  gl::Enable(GL_DEPTH_TEST);
+  gl::Viewport(0, 0, width, height);
+  gl::Clear(GL_DEPTH_BUFFER_BIT);
+  gl::UseProgram(s.depth);
+  const glm::mat4 clip = clipFromRelative(frame.camera, originWs);
+  gl::UniformMatrix4fv(gl::GetUniformLocation(s.depth, "clipFromWorld"), 1, GL_FALSE, &clip[0][0]);
+  gl::BindVertexArray(s.vertexArray);
+  gl::DrawElements(GL_TRIANGLES, static_cast<GLsizei>(s.indices.size()), GL_UNSIGNED_INT, nullptr);
+  std::vector<float> out(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+  gl::ReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, out.data());
+  if (const GLenum error = gl::GetError(); error != GL_NO_ERROR) throw std::runtime_error("OpenGL: error " + std::to_string(error));
+  return out;
 }
 
 RenderOutput Renderer::render(const Frame& frame, const Solution& solution, const RenderOptions& options) {

@@ -60,6 +60,9 @@ class Renderer {
   // Throws std::runtime_error where the driver refuses or no mesh was loaded.
   [[nodiscard]] RenderOutput render(const Frame& frame, const Solution& solution, const RenderOptions& options = {});
 
+  // The depth buffer of the camera's view alone, as its API stores it: bottom row first, width x height.
+  [[nodiscard]] std::vector<float> depths(const Frame& frame, int width, int height);
+
   [[nodiscard]] std::string device() const;  // what draws, as the driver names itself
 
  private:

@@ -169,6 +169,8 @@ class Search {
     }
   }
 
+  void refineBest(double logRatio, int trials) noexcept { refine(logRatio, found_[0], trials); }
+
   const WarpShape& shape() const noexcept { return found_[0].shape; }
 
  private:
@@ -366,7 +368,7 @@ glm::dvec2 overheadErrors(double alpha, double halfFovTangent, double distance) 
 }
 
 WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const Footprint& footprint, const Served& served,
-                  const glm::dvec2& axis, MapFit& fit) noexcept {
+                  const glm::dvec2& axis, MapFit& fit, const WarpHint* hint) noexcept {
   const WarpShape rectangle{angleOf(glm::dvec2(fit.s)), 0.0, 0.0, 0.0};
   const double thin = std::min(fit.size.x, fit.size.y);
   double narrowest = kInfinity, widest = 0.0;
@@ -379,7 +381,8 @@ WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const F
     return rectangle;
   const double logRatio = std::log(widest / narrowest);
   Search search(served, rectangle);
-  if (settings.warp == Warp::least) {
+  const bool isLeast = settings.warp == Warp::least;
+  if (isLeast && !hint) {
     considerAll(search, rectangle, light, findSpread(footprint), logRatio);
     search.refine(logRatio);
   } else if (axis != glm::dvec2(0.0)) {
@@ -387,6 +390,12 @@ WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const F
     const bool isForward = ends.nearWidth <= ends.farWidth;
     const double ratio = isForward ? ends.farWidth / ends.nearWidth : ends.nearWidth / ends.farWidth;
     search.consider({angleOf(isForward ? axis : -axis), std::min(kappaOf(settings, ratio), kMostKappa), 0.0, 0.0});
+  }
+  if (isLeast && hint) {
+    WarpShape shape = hint->shape;
+    shape.kappa *= logRatio;
+    search.consider(shape);
+    search.refineBest(logRatio, hint->trials);
   }
   const WarpShape& shape = search.shape();
   if (!isWarp(shape)) return rectangle;

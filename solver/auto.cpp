@@ -1,0 +1,377 @@
+#include "gnomon/auto.h"
+
+#include "gnomon/atlas.h"
+#include "gnomon/error.h"
+#include "gnomon/face.h"
+#include "gnomon/frame.h"
+#include "gnomon/maps.h"
+#include "gnomon/rows.h"
+#include "numeric.h"
+
+namespace gnomon {
+namespace {
+
+constexpr int kRoughTrials = 12;  // shapes tried from a like map's: a few per cent above a search everywhere
+constexpr int kHeldTrials = 8;  // from the map of the frame before: a round of the search, so that it follows the view
+constexpr int kFineTrials = 20;  // from the map before's in the same choice: half a per cent
+
+// The texels that maps take for error e: area / e^2 + edge / e + fixed.
+struct Demand {
+  double area = 0.0, edge = 0.0, fixed = 0.0;
+
+  [[nodiscard]] double texels(double error) const noexcept { return (area / error + edge) / error + fixed; }
+  // The error that so many texels give; infinite where there are too few for any.
+  [[nodiscard]] double error(double texels) const noexcept {
+    const double left = texels - fixed;
+    return left > 0.0 ? 2.0 * area / (std::sqrt(edge * edge + 4.0 * area * left) - edge) : kInfinity;
+  }
+};
+
+// A choice with its maps fitted.
+struct Fitted {
+  AutoCandidate candidate;
+  Demand demand;
+  Splits splits;
+  bool byViewDepth = false;
+  MapFits maps;
+};
+
+// Sides in texels are what the map needs over the error, the margins, and what rounding to whole texels may take.
+Demand demandOf(const Frame& frame, const Fitted& fitted, double rounding, int& mapCount) noexcept {
+  const double extra = 2.0 * (frame.margin.filter + frame.margin.normalOffset) + rounding;
+  Demand demand;
+  double widest = 0.0;
+  mapCount = 0;
+  for (int i = 0; i < fitted.splits.count; ++i) {
+    const MapFit& fit = fitted.maps.fits[i];
+    if (fitted.maps.footprints[i].count == 0) continue;
+    const glm::dvec2 room = 2.0 * frame.margin.motion[mapCount++] * unitsPerWorld(fit) / fit.size;
+    const glm::dvec2 side = glm::dvec2(std::sqrt(fit.needed * fit.aspect), std::sqrt(fit.needed / fit.aspect)) * (1.0 + room);
+    demand.area += side.x * side.y;
+    demand.edge += (side.x + side.y) * extra;
+    demand.fixed += extra * extra;
+    widest = std::max({widest, side.x, side.y});
+  }
+  if (frame.shadowMap.layout == MapLayout::atlas) return demand;
+  return {fitted.splits.count * widest * widest, fitted.splits.count * 2.0 * widest * extra, fitted.splits.count * extra * extra};
+}
+
+// Compares choices and keeps the best one's maps.
+class Chooser {
+ public:
+  Chooser(const Frame& frame, const Region& region, const LightSpace& light, const AutoSettings& settings, AutoReport& report) noexcept
+      : frame_(frame), region_(region), light_(light), settings_(settings), report_(report) {
+    limit_ = frame.samples ? 0.0 : limitTexels(region, light);
+    canWarp_ = region.bounds.empty() && region.pixelSlope > 0.0;
+  }
+
+  // All that may be spent, and what of it an atlas is known to hold.
+  double texels = 0.0, usable = 0.0;
+
+  [[nodiscard]] Fitted& best() noexcept { return fitted_[best_]; }
+  [[nodiscard]] bool hasBest() const noexcept { return fitted_[best_].candidate.choice.count > 0; }
+  [[nodiscard]] double texelsForTarget() const noexcept { return texelsForTarget_; }
+
+  void forgetBest() noexcept { fitted_[best_].candidate = {}; }
+  void forget() noexcept {
+    forgetBest();
+    report_.count = 0;
+    report_.chosen = report_.runnerUp = -1;
+    texelsForTarget_ = kInfinity;
+  }
+
+  // True where a is the better answer.
+  [[nodiscard]] bool isBetter(const AutoCandidate& a, const AutoCandidate& b) const noexcept {
+    if (a.isMet != b.isMet) return a.isMet;
+    return valueOf(a) < valueOf(b);
+  }
+  [[nodiscard]] double valueOf(const AutoCandidate& candidate) const noexcept {
+    return settings_.hasTarget && candidate.isMet ? candidate.cost : candidate.error;
+  }
+
+  // Fits a choice. hints: for each slice, or null: searched for from the first map on. Candidates without maps are never met.
+  AutoCandidate consider(const AutoChoice& choice, const WarpHint* hints) noexcept {
+    Fitted& made = fitted_[1 - best_];
+    AutoCandidate& candidate = made.candidate;
+    candidate = {.choice = choice, .error = kInfinity, .cost = kInfinity};
+    if (!makeSplits(choice, made.splits)) return candidate;
+    made.byViewDepth = needsViewDepth(region_, made.splits);
+    const MapSettings making{
+        .fit = FitMode::tight, .warp = {.warp = choice.warp}, .shares = Shares::error, .hints = hints, .chained = kFineTrials};
+    fitMaps(frame_, region_, light_, made.splits, making, made.byViewDepth, made.maps);
+    made.demand = demandOf(frame_, made, 0.0, candidate.maps);
+    if (candidate.maps == 0) return candidate;
+    candidate.neededTexels = made.maps.neededTexels;
+    int fits = 0;
+    for (int i = 0; i < made.splits.count; ++i) fits += made.maps.footprints[i].count > 0 && made.maps.footprints[i].like == i;
+    const double target = frame_.budget.targetError, forTarget = made.demand.texels(target);
+    texelsForTarget_ = std::min(texelsForTarget_, forTarget);
+    candidate.isMet = !settings_.hasTarget || forTarget <= usable;
+    candidate.texels = settings_.hasTarget && candidate.isMet ? forTarget : texels;
+    candidate.error = settings_.hasTarget && candidate.isMet ? target : made.demand.error(texels);
+    candidate.cost = costOf(candidate.maps, fits, choice.warp, candidate.texels);
+    record(candidate);
+    if (hasBest() && !isBetter(candidate, best().candidate)) return candidate;
+    best_ = 1 - best_;
+    return candidate;
+  }
+
+  // Compares all choices that have hope.
+  void chooseAll() noexcept {
+    const int most = frame_.budget.partitions;
+    const Warp warp = canWarp_ ? Warp::least : Warp::none;
+    // Where nothing but the error decides, more maps are better until their overlap outweighs; where cost does, few may be enough.
+    const bool isByError = !settings_.hasTarget || limit_ / square(frame_.budget.targetError) > texels;
+    int count = isByError ? most : 1;
+    AutoCandidate at = consider({AutoLayout::slices, count, warp}, nullptr);
+    const auto move = [&](int to, bool isRough) {
+      if (to < 1 || to > most || to == count || isHopeless(to, limit_)) return false;
+      const AutoCandidate found =
+          isRough ? considerRoughly({AutoLayout::slices, to, warp}) : consider({AutoLayout::slices, to, warp}, nullptr);
+      if (!isBetter(found, at)) return false;
+      at = found;
+      count = to;
+      return true;
+    };
+    if (isByError) {
+      while (move(count - 1, false)) {
+      }
+    } else {
+      int step = 1;
+      for (; move(std::min(2 * count, most), true); step = count / 2) {
+      }
+      for (; step >= 1; step /= 2)
+        if (!move(count - step, true)) (void)move(count + step, true);
+      if (warp == Warp::least && count > 1) {
+        at = consider({AutoLayout::slices, count, warp}, nullptr);
+        (void)move(count - 1, false);
+      }
+    }
+    if (canWarp_) considerWedges(AutoLayout::rows, count);
+    if (canWarp_) considerWedges(AutoLayout::faces, count);
+    if (canWarp_ && settings_.hasTarget)
+      for (const Warp cheap : {Warp::none, Warp::lispsm}) (void)consider({AutoLayout::slices, count, cheap}, nullptr);
+  }
+
+  // Says what was chosen, what came next, and what the target would take where it is missed.
+  void report() noexcept {
+    for (int i = 0; i < report_.count; ++i) {
+      if (report_.candidates[i].choice == best().candidate.choice)
+        report_.chosen = i;
+      else if (report_.runnerUp < 0 || isBetter(report_.candidates[i], report_.candidates[report_.runnerUp]))
+        report_.runnerUp = i;
+    }
+  }
+
+  // The fewest maps, more than the budget has, with which slices meet the target; 0: none up to kMaxPartitions. A budget by resolution grows with them.
+  [[nodiscard]] int mapsForTarget() noexcept {
+    for (int count = frame_.budget.partitions + 1; count <= kMaxPartitions; ++count) {
+      usable = frame_.budget.texels > 0.0 ? texels : texelsPerMap(frame_.budget, count) * count;
+      if (considerRoughly({AutoLayout::slices, count, canWarp_ ? Warp::least : Warp::none}).isMet) return count;
+    }
+    return 0;
+  }
+
+ private:
+  static double square(double x) noexcept { return x * x; }
+
+  [[nodiscard]] double costOf(int maps, int fits, Warp warp, double texelCount) const noexcept {
+    const DeviceProfile& profile = settings_.profile;
+    return maps * profile.pass + texelCount * profile.texel + fits * (profile.fit + (warp == Warp::least ? profile.search : 0.0));
+  }
+
+  // True where no choice of so many maps can be better than the best: the limit's texels alone cost more.
+  [[nodiscard]] bool isHopeless(int maps, double needed) const noexcept {
+    if (!hasBest()) return false;
+    const AutoCandidate& found = fitted_[best_].candidate;
+    if (!settings_.hasTarget || !found.isMet) return Demand{needed}.error(texels) >= found.error;
+    return costOf(maps, 1, Warp::none, needed / square(frame_.budget.targetError)) >= found.cost;
+  }
+
+  // Considers slices by the shapes of the best so far.
+  AutoCandidate considerRoughly(const AutoChoice& choice) noexcept {
+    const Fitted& known = best();
+    if (choice.warp != Warp::least || known.candidate.choice.warp != Warp::least || known.candidate.choice.layout != choice.layout)
+      return consider(choice, nullptr);
+    WarpHint hints[kMaxPartitions];
+    for (int i = 0; i < choice.count; ++i)
+      hints[i] = hintOf(known.maps, known.maps.footprints[i * known.splits.count / choice.count].like, kRoughTrials);
+    return consider(choice, hints);
+  }
+
+  // Rows or faces, as many as the best slices.
+  void considerWedges(AutoLayout layout, int count) noexcept {
+    if (isHopeless(count, limit_)) return;
+    // A named warp says at a third of the price what has no hope.
+    constexpr double kHopeless = 2.0;  // times the texels: the least of all warps seldom halves what LiSPSM needs
+    const AutoCandidate rough = consider({layout, count, Warp::lispsm}, nullptr);
+    if (!(rough.maps > 0)) return;
+    if (isHopeless(rough.maps, rough.neededTexels / kHopeless)) return;
+    (void)consider({layout, count, Warp::least}, nullptr);
+  }
+
+  bool makeSplits(const AutoChoice& choice, Splits& splits) noexcept {
+    splits.count = 0;
+    splits.isWedged = false;
+    splits.rows.count = 0;
+    double refused = 0.0;
+    RowLayout layout;
+    switch (choice.layout) {
+      case AutoLayout::slices: (void)split(region_, {}, choice.count, splits, refused); return splits.count > 0;
+      case AutoLayout::faces: splitFaces(region_, light_, NearFace::own, choice.count, true, splits); break;
+      case AutoLayout::rows:
+        (void)splitRows(region_, light_, {.rule = RowRule::error, .maxColumns = 1}, choice.count, splits, layout);
+        break;
+    }
+    return splits.isWedged && splits.count > 0;
+  }
+
+  void record(const AutoCandidate& candidate) noexcept {
+    for (int i = 0; i < report_.count; ++i)
+      if (report_.candidates[i].choice == candidate.choice) {
+        if (isBetter(candidate, report_.candidates[i])) report_.candidates[i] = candidate;
+        return;
+      }
+    if (candidate.choice.count <= frame_.budget.partitions && report_.count < kMaxCandidates)
+      report_.candidates[report_.count++] = candidate;
+  }
+
+  const Frame& frame_;
+  const Region& region_;
+  const LightSpace& light_;
+  const AutoSettings& settings_;
+  AutoReport& report_;
+  double limit_ = 0.0, texelsForTarget_ = kInfinity;
+  bool canWarp_ = false;
+  int best_ = 0;
+  Fitted fitted_[2];
+};
+
+// Places the best choice's maps and writes them, with as many texels as meet the target: whole texels may round past it.
+Status place(const Frame& frame, const Region& region, const LightSpace& light, bool hasTarget, double most, Fitted& fitted,
+             Solution& solution) noexcept {
+  constexpr int kTries = 5;
+  const double target = frame.budget.targetError;
+  MapFit fits[kMaxPartitions];
+  std::copy_n(fitted.maps.fits, fitted.splits.count, fits);
+  const MapSettings making{.fit = FitMode::tight, .warp = {.warp = fitted.candidate.choice.warp}, .shares = Shares::error};
+  Frame spent = frame;
+  spent.budget.texels = hasTarget && fitted.candidate.isMet ? 0.0 : most;
+  for (int i = 0;; ++i) {
+    int mapCount = 0;
+    if (spent.budget.texels < most)
+      spent.budget.texels = std::clamp(demandOf(frame, fitted, 1 << i, mapCount).texels(target), spent.budget.texels, most);
+    clear(solution);
+    const Status status = writeMaps(spent, region, light, fitted.splits, making, fitted.byViewDepth, fitted.maps, solution);
+    if (status != Status::ok || solution.maxError <= target || i + 1 == kTries || spent.budget.texels >= most) return status;
+    const double over = solution.maxError / target;  // more than rounding to whole texels where float32 takes its share
+    spent.budget.texels = std::min(spent.budget.texels * over * over, most);
+    std::copy_n(fits, fitted.splits.count, fitted.maps.fits);
+  }
+}
+
+double spentTexels(const Solution& solution) noexcept {
+  double sum = 0.0;
+  for (int i = 0; i < solution.partitionCount; ++i)
+    sum += static_cast<double>(solution.partitions[i].viewport.z) * solution.partitions[i].viewport.w;
+  return sum;
+}
+
+// The shapes that the next frame's search begins with, and back.
+void remember(const LightSpace& light, const Fitted& fitted, AutoState& state) noexcept {
+  const glm::dmat3 viewFromLs = glm::transpose(glm::dmat3(light.lsFromView));
+  for (int i = 0; i < fitted.splits.count; ++i) {
+    state.shapes[i] = {};
+    if (fitted.candidate.choice.warp != Warp::least) continue;
+    const WarpShape shape = hintOf(fitted.maps, fitted.maps.footprints[i].like, 0).shape;
+    state.shapes[i] = {viewFromLs * glm::dvec3(std::cos(shape.phi), std::sin(shape.phi), 0.0), shape.kappa, shape.sigma, shape.tau};
+  }
+}
+void recall(const LightSpace& light, const AutoState& state, WarpHint* hints) noexcept {
+  for (int i = 0; i < state.choice.count; ++i) {
+    const AutoState::Shape& shape = state.shapes[i];
+    const glm::dvec3 axis = glm::dmat3(light.lsFromView) * shape.axisVs;
+    hints[i] = {{std::atan2(axis.y, axis.x), shape.kappaShare, shape.sigma, shape.tau}, kHeldTrials};
+  }
+}
+
+}  // namespace
+
+Status validate(const AutoSettings& settings, double& value) noexcept {
+  const DeviceProfile& profile = settings.profile;
+  for (const double weight : {profile.pass, profile.texel, profile.fit, profile.search, settings.hysteresis})
+    if (value = weight; !(weight >= 0.0 && std::isfinite(weight))) return Status::autoWeights;
+  return Status::ok;
+}
+
+Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& state, Solution& solution, AutoReport* report) noexcept {
+  AutoReport unread;
+  AutoReport& why = report ? *report : unread;
+  why = {};
+  Region region;
+  LightSpace light;
+  if (beginSolve(frame, {}, FitMode::tight, region, light, solution) != Status::ok) return solution.status;
+  if (const Status status = validate(settings, solution.refusedValue); status != Status::ok) return refuse(solution, status);
+  if (region.spanCount == 0) {
+    clearBlock(solution.block);
+    return solution.status;
+  }
+
+  const double target = frame.budget.targetError;
+  Chooser chooser(frame, region, light, settings, why);
+  chooser.texels = texelsPerMap(frame.budget, frame.budget.partitions) * frame.budget.partitions;
+  if (frame.budget.atlas.x > 0 && frame.budget.atlas.y > 0)
+    chooser.texels = std::min(chooser.texels, static_cast<double>(frame.budget.atlas.x) * frame.budget.atlas.y);
+  chooser.usable = chooser.texels;
+  AutoCandidate held;
+  WarpHint hints[kMaxPartitions];
+  if (state.choice.count > 0 && state.choice.count <= frame.budget.partitions) {
+    recall(light, state, hints);
+    held = chooser.consider(state.choice, hints);
+    const double value = chooser.valueOf(held), most = 1.0 + settings.hysteresis;
+    why.isKept = held.maps > 0 && held.isMet == state.isMet && value <= state.value * most && value * most >= state.value;
+  }
+  AutoState next = state;
+  constexpr int kRounds = 3;  // where the atlas cannot be filled, what it held is all there is
+  for (int round = 0; round < kRounds; ++round) {
+    if (!why.isKept) {
+      chooser.chooseAll();
+      const AutoCandidate best = chooser.best().candidate;
+      if (best.maps == 0) {
+        clearBlock(solution.block);
+        return solution.status;
+      }
+      why.isKept =
+          held.maps > 0 && best.isMet == held.isMet && chooser.valueOf(held) <= chooser.valueOf(best) * (1.0 + settings.hysteresis);
+      next.value = chooser.valueOf(why.isKept ? held : best);
+      next.isMet = best.isMet;
+      if (why.isKept && best.choice != held.choice) {
+        chooser.forgetBest();
+        (void)chooser.consider(held.choice, hints);
+      }
+    }
+    Fitted& chosen = chooser.best();
+    const AutoCandidate predicted = chosen.candidate;
+    next.choice = predicted.choice;
+    remember(light, chosen, next);
+    chooser.report();
+    if (const Status status = place(frame, region, light, settings.hasTarget, chooser.texels, chosen, solution); status != Status::ok)
+      return refuse(solution, status);
+    if (!settings.hasTarget || solution.maxError <= target) break;
+    why.texelsForTarget = chooser.texelsForTarget();
+    if (!predicted.isMet) break;
+    constexpr double kLess = 1.0 - 1e-6;
+    chooser.usable = std::min(spentTexels(solution), predicted.texels * kLess);
+    chooser.forget();
+    held = {};
+    why.isKept = false;
+  }
+  if (settings.hasTarget && solution.maxError > target) {
+    solution.warnings |= static_cast<std::uint32_t>(Warning::targetMissed);
+    if (report) why.mapsForTarget = chooser.mapsForTarget();
+  }
+  state = next;
+  return solution.status;
+}
+
+}  // namespace gnomon

@@ -239,7 +239,10 @@ class Chooser {
     constexpr double kHopeless = 1.5;  // times the texels: for wedges the least of all warps seldom gains more over LiSPSM
     const AutoCandidate rough = consider({layout, count, Warp::lispsm}, nullptr);
     if (rough.maps == 0 || isHopeless(rough.maps, rough.neededTexels / kHopeless)) return;
-    (void)consider({layout, count, Warp::least}, nullptr);
+    const Fitted& named = best().candidate.choice == rough.choice ? best() : fitted_[1 - best_];
+    WarpHint hints[kMaxPartitions];
+    for (int i = 0; i < named.splits.count; ++i) hints[i] = hintOf(named.maps, i, kFineTrials);
+    (void)consider({layout, count, Warp::least}, hints);
   }
 
   bool makeSplits(const AutoChoice& choice, Splits& splits) noexcept {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kRoughTrials = 12;  // shapes tried from a like map's: a few per cent above a search everywhere
 constexpr int kHeldTrials = 8;  // from the map of the frame before: a round of the search, so that it follows the view
-constexpr int kFineTrials = 20;  // from the map before's in the same choice: half a per cent
+constexpr int kFineTrials = 28;  // from the map before's in the same choice: half a per cent
 
 // The texels that maps take for error e: area / e^2 + edge / e + fixed.
 struct Demand {
@@ -140,8 +140,10 @@ class Chooser {
     }
     if (!canWarp_) return;
     if (count != guessed) (void)consider({AutoLayout::slices, count, warp}, nullptr);
-    considerWedges(AutoLayout::rows, count, leastNeed(count));
-    considerWedges(AutoLayout::faces, count, facesNeed(count));
+    // Where nothing but the error counts, rows and faces may use all maps though slices do not.
+    const int wedges = best().candidate.isMet && settings_.hasTarget ? count : most;
+    considerWedges(AutoLayout::rows, wedges, leastNeed(wedges));
+    considerWedges(AutoLayout::faces, wedges, facesNeed(wedges));
     if (settings_.hasTarget)  // without a search: little, but all that a small scene costs
       (void)consider({AutoLayout::slices, count, Warp::lispsm}, nullptr);
   }
@@ -370,7 +372,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
   }
   AutoState next = state;
   constexpr int kRounds = 3;  // where the atlas cannot be filled, what it held is all there is
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 1;; ++round) {
     if (!why.isKept) {
       chooser.chooseAll();
       const AutoCandidate best = chooser.best().candidate;
@@ -396,9 +398,11 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
       return refuse(solution, status);
     if (!settings.hasTarget || solution.maxError <= target) break;
     why.texelsForTarget = chooser.texelsForTarget();
-    if (!predicted.isMet) break;
+    if (!predicted.isMet || round == kRounds) break;
     constexpr double kLess = 1.0 - 1e-6;
-    chooser.usable = std::min(spentTexels(solution), predicted.texels * kLess);
+    chooser.usable = predicted.texels * kLess;
+    if ((solution.warnings & static_cast<std::uint32_t>(Warning::atlasReduced)) != 0)
+      chooser.usable = std::min(chooser.usable, spentTexels(solution));
     chooser.forget();
     held = {};
     why.isKept = false;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kRoughTrials = 12;  // shapes tried from a like map's: a few per cent above a search everywhere
 constexpr int kHeldTrials = 8;  // from the map of the frame before: a round of the search, so that it follows the view
-constexpr int kFineTrials = 28;  // from the map before's in the same choice: half a per cent
+constexpr int kFineTrials = 24;  // from the map before's in the same choice: half a per cent
 
 // The texels that maps take for error e: area / e^2 + edge / e + fixed.
 struct Demand {
@@ -90,6 +90,11 @@ class Chooser {
   }
   [[nodiscard]] double valueOf(const AutoCandidate& candidate) const noexcept {
     return settings_.hasTarget && candidate.isMet ? candidate.cost : candidate.error;
+  }
+
+  // How far it is from the least that the view needs: what a light that turns changes though the cost stays.
+  [[nodiscard]] double overLimit(const AutoCandidate& candidate) const noexcept {
+    return area_ > 0.0 ? candidate.neededTexels / area_ : 0.0;
   }
 
   // Fits a choice. hints: for each slice, or null: searched for from the first map on. Candidates without maps are never met.
@@ -243,7 +248,10 @@ class Chooser {
     if (rough.maps == 0 || isHopeless(rough.maps, rough.neededTexels / kHopeless)) return;
     const Fitted& named = best().candidate.choice == rough.choice ? best() : fitted_[1 - best_];
     WarpHint hints[kMaxPartitions];
-    for (int i = 0; i < named.splits.count; ++i) hints[i] = hintOf(named.maps, i, kFineTrials);
+    for (int i = 0; i < named.splits.count; ++i) {
+      hints[i] = hintOf(named.maps, i, kFineTrials);
+      hints[i].isThorough = true;
+    }
     (void)consider({layout, count, Warp::least}, hints);
   }
 
@@ -368,7 +376,8 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
     recall(light, state, hints);
     held = chooser.consider(state.choice, hints);
     const double value = chooser.valueOf(held), most = 1.0 + settings.hysteresis;
-    why.isKept = held.maps > 0 && held.isMet == state.isMet && value <= state.value * most && value * most >= state.value;
+    why.isKept = held.isMet && state.isMet && value <= state.value * most && value * most >= state.value &&
+                 chooser.overLimit(held) <= state.overLimit * most;
   }
   AutoState next = state;
   constexpr int kRounds = 3;  // where the atlas cannot be filled, what it held is all there is
@@ -384,6 +393,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
           held.maps > 0 && best.isMet == held.isMet && chooser.valueOf(held) <= chooser.valueOf(best) * (1.0 + settings.hysteresis);
       next.value = chooser.valueOf(why.isKept ? held : best);
       next.isMet = best.isMet;
+      next.overLimit = chooser.overLimit(why.isKept ? held : best);
       if (why.isKept && best.choice != held.choice) {
         chooser.forgetBest();
         (void)chooser.consider(held.choice, hints);

@@ -395,8 +395,7 @@ WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const F
     WarpShape shape = hint->shape;
     shape.kappa *= logRatio;
     search.consider(shape);
-    constexpr int kThorough = 20;
-    if (hint->trials >= kThorough) considerAll(search, rectangle, light, findSpread(footprint), logRatio);
+    if (hint->isThorough) considerAll(search, rectangle, light, findSpread(footprint), logRatio);
     search.refineBest(logRatio, hint->trials);
   }
   const WarpShape& shape = search.shape();

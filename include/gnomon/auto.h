@@ -69,8 +69,9 @@ struct AutoReport {
 // What is remembered from frame to frame; as constructed, nothing. One for each light. Yours to keep.
 struct AutoState {
   AutoChoice choice;
-  double value = 0.0;  // cost when all were compared last; where the target was missed or there is none, the error
-  bool isMet = false;
+  double value = 0.0;  // cost when all were compared last; without a target the error
+  double overLimit = 0.0;  // texels needed over the least that the view needs, then
+  bool isMet = false;  // nothing is kept while the target is missed
   struct Shape {
     glm::dvec3 axisVs{0.0};  // along which the map is warped, view space; zero: not warped
     double kappaShare = 0.0, sigma = 0.0, tau = 0.0;  // as WarpHint has them

@@ -38,7 +38,8 @@ struct WarpShape {
 // Where the search of the least warp may begin instead of everywhere: the shape of a map that is much like this one.
 struct WarpHint {
   WarpShape shape;  // its kappa for each unit of log(widest pixel / narrowest)
-  int trials;  // shapes tried beside it, the rectangle and LiSPSM
+  int trials;  // shapes tried from the best of it, the rectangle and LiSPSM
+  bool isThorough = false;  // and of all that a search everywhere begins with
 };
 
 // Replaces the rectangle that `fit` holds by a warped map, where that needs fewer texels. axis: along which named warps run (unit,

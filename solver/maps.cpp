@@ -67,6 +67,18 @@ Status beginSolve(const Frame& frame, const SplitSettings& splitting, FitMode fi
   return Status::ok;
 }
 
+WarpHint hintOf(const MapFits& maps, int slice, int trials) noexcept {
+  const Served& served = maps.served[slice];
+  double narrowest = kInfinity, widest = 0.0;
+  for (int i = 0; i < served.count; ++i) {
+    narrowest = std::min(narrowest, served.pixels[i]);
+    widest = std::max(widest, served.pixels[i]);
+  }
+  WarpHint hint{maps.shapes[slice], trials};
+  if (widest > narrowest) hint.shape.kappa /= std::log(widest / narrowest);
+  return hint;
+}
+
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
              bool byViewDepth, MapFits& maps) noexcept {
   // Bounds of samples cut the rectangles; what a warp is certified over would lie outside of them, so maps are not warped there.
@@ -95,7 +107,15 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
         fit.needed = fit.size.x * fit.size.y / (maps.pixels[i] * maps.pixels[i]);
       }
       const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
-      if (maps.hasServed) maps.shapes[i] = warpFit(warp, light, maps.footprints[i], maps.served[i], axis, fit);
+      WarpHint before;
+      const WarpHint* hint = settings.hints ? &settings.hints[i] : nullptr;
+      if (!hint && settings.chained > 0 && i > 0 && (maps.fits[i - 1].isWarped || i > 1)) {
+        before = hintOf(maps, maps.footprints[i - 1].like, settings.chained);
+        constexpr int kFew = 4;  // slices, that differ much from one another
+        before.isThorough = splits.count <= kFew;
+        hint = &before;
+      }
+      if (maps.hasServed) maps.shapes[i] = warpFit(warp, light, maps.footprints[i], maps.served[i], axis, fit, hint);
     }
     maps.neededTexels += fit.needed;
   }

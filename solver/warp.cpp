@@ -114,6 +114,12 @@ class Search {
     found_[0] = best(found_[0].phi, found_[0].kappa, kInfinity, kLastRounds);
   }
 
+  // A simplex search from the best of them alone.
+  void refineBest(double phiStep, double kappaStep, int trials) noexcept {
+    if (const Found found = descend(found_[0], phiStep, kappaStep, trials); found.squared < found_[0].squared) found_[0] = found;
+    found_[0] = best(found_[0].phi, found_[0].kappa, kInfinity, kLastRounds);
+  }
+
   WarpShape shape() const noexcept {
     const Found& found = found_[0];
     return {found.phi, found.kappa, found.t.x / found.t.y, found.s.y / found.s.x};
@@ -308,13 +314,21 @@ class Search {
 
 // Lines across the least rectangle's sides, which footprints that a box has cut go by, and across the wedge's bisector or, where the wedge is all
 // around, the projected view direction. The shares of the pixels' ratio are where optima lie.
-WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint& footprint, const Served& served,
-                      double logRatio) noexcept {
+WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint& footprint, const Served& served, double logRatio,
+                      const WarpHint* hint) noexcept {
   Search search(footprint, served);
   search.consider(rectangle, 0.0);
-  for (int side = 0; side < 4; ++side) search.consider(rectangle + side * kQuarter, 0.35 * logRatio);
   const Spread spread = findSpread(footprint);
   const double room = std::max(kQuarter - spread.halfAngle, 0.3);  // how far w may turn and still grow along the wedge
+  const double phiStep = 0.2 * room, kappaStep = 0.08 * logRatio;
+  if (hint) {
+    search.consider(hint->shape.phi, hint->shape.kappa * logRatio);
+    if (!hint->isThorough) {
+      search.refineBest(phiStep, kappaStep, hint->trials);
+      return search.shape();
+    }
+  }
+  for (int side = 0; side < 4; ++side) search.consider(rectangle + side * kQuarter, 0.35 * logRatio);
   if (spread.isOneSided) {
     search.consider(angleOf(glm::dvec2(light.lsFromView[2])), 0.55 * logRatio);
     for (const double turn : {-0.4, 0.0, 0.4})
@@ -322,7 +336,7 @@ WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint
   } else {
     for (const double share : {0.1, 0.3, 0.5}) search.consider(angleOf(glm::dvec2(light.lsFromView[2])), share * logRatio);
   }
-  search.refine(0.2 * room, 0.08 * logRatio);
+  search.refine(phiStep, kappaStep);
   return search.shape();
 }
 
@@ -427,7 +441,7 @@ glm::dvec2 overheadErrors(double alpha, double halfFovTangent, double distance) 
 }
 
 WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const Footprint& footprint, const Served& served,
-                  const glm::dvec2& axis, MapFit& fit) noexcept {
+                  const glm::dvec2& axis, MapFit& fit, const WarpHint* hint) noexcept {
   const WarpShape rectangle{angleOf(glm::dvec2(fit.s)), 0.0, 0.0, 0.0};
   const double thin = std::min(fit.size.x, fit.size.y);
   double narrowest = kInfinity, widest = 0.0;
@@ -440,7 +454,7 @@ WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const F
     return rectangle;
   WarpShape shape = rectangle;
   if (settings.warp == Warp::least) {
-    shape = searchLeast(rectangle.phi, light, footprint, served, std::log(widest / narrowest));
+    shape = searchLeast(rectangle.phi, light, footprint, served, std::log(widest / narrowest), hint);
   } else if (axis != glm::dvec2(0.0)) {
     const Ends ends = findEnds(served, axis);
     const bool isForward = ends.nearWidth <= ends.farWidth;

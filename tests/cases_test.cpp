@@ -108,6 +108,23 @@ TEST_F(Cases, BestOfFour) { EXPECT_LE(judge(kLloyd + "best --set warp=least", 0.
 // Of a scene the judge sees few points in each row, as in each face. Slices' numerical optimum is 2.93; rows reach below.
 TEST_F(Cases, BestOfEight) { EXPECT_LE(judge(kLloyd + "best --set warp=least", 0.05, 1e9, 8), 2.9); }
 TEST_F(Cases, FittedRows) { EXPECT_GT(judge("--method lspsm", 1e-5, 1e9, 8), 1.0); }
+// Slices' numerical optimum is 2.93; rows reach below.
+TEST_F(Cases, AutoOfEight) { EXPECT_LE(judge("--method auto", 0.05, 1e9, 8), 3.0); }
+
+// By the judge: covered, within the budget, and the target met wherever it is said to be.
+TEST_F(Cases, AutoMeetsItsTarget) {
+  int met = 0;
+  for (const fs::path& path : cases_)
+    for (const double target : {1.0, 4.0, 20.0}) {
+      const Answer answer = solve(path, "--method auto --set budget.target_error=" + std::to_string(target), 0);
+      EXPECT_EQ(answer.verdict["uncovered"], 0) << path;
+      EXPECT_TRUE(answer.verdict["violations"].empty()) << path << answer.verdict["violations"];
+      if (!answer.result["warnings"].empty()) continue;
+      ++met;
+      EXPECT_LE(answer.verdict["max"].get<double>(), 1.01 * target) << path;
+    }
+  EXPECT_GT(met, 10);
+}
 TEST_F(Cases, RowsByError) { EXPECT_LE(judge("--method lspsm --set rows=error --set warp=least", 0.05, 1e9, 8), 2.9); }
 
 // The judge sees few points of what is sampled in each slice.

@@ -94,7 +94,8 @@ Json usual() {
     "camera": {"position": [1, 2, 3], "forward": [0.3, -0.2, 1], "up": [0, 1, 0], "near": 0.1, "far": 100, "fov_y": 1.0, "aspect": 1.7777777777777777},
     "light": {"type": "directional", "direction": [0.3, -0.8, 0.2]},
     "image": {"width": 1280, "height": 720},
-    "budget": {"partitions": 4, "resolution": 1024}
+    "budget": {"partitions": 4, "resolution": 1024},
+    "method": {"name": "pssm"}
   })");
 }
 
@@ -276,6 +277,7 @@ std::vector<StatusRow> statusRows() {
        {},
        "method.hysteresis",
        "2"},
+      {Status::autoWeights, {{"/method", {{"name", "auto"}, {"pass_ns", -1}}}}, {}, "method", R"({"name":"auto","pass_ns":-1})"},
       {Status::biasSlope, {{"/bias/slope", -1}}, {}, "bias.slope", "-1"},
       {Status::biasConstant, {{"/bias/constant", -2}}, {}, "bias.constant", "-2"},
       {Status::worldSpacePrecision, {{"/camera/position", list({1e30, 0, 0})}}, {"--world"}, "camera.position", "[1e+30,0,0]"},
@@ -306,7 +308,6 @@ struct FormRow {
 };
 
 TEST_F(Cli, RefusesWhatHasTheWrongForm) {
-  const std::string later = ": not built yet";
   const std::vector<FormRow> rows = {
       {{{"/camera/near", 0}}, "camera.near: must be a finite number > 0, got 0"},  // the contract's own example
       {{{"/camera", kAway}}, "camera: must be an object, got nothing"},
@@ -357,15 +358,16 @@ TEST_F(Cli, RefusesWhatHasTheWrongForm) {
        "samples.middle: is not a known key; samples takes near, far, histogram, weights, bounds"},
       {{{"/samples", {{"near", 1}, {"far", 2}, {"bounds", list({1})}}}}, "samples.bounds[0]: must be an object, got 1"},
       {{{"/method", "pssm"}}, "method: must be an object, got \"pssm\""},
-      {{{"/method/split", "uniform"}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, got nothing"},
-      {{{"/method/name", "single"}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, got single" + later},
+      {{{"/method", {{"split", "uniform"}}}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, single, auto, got nothing"},
+      {{{"/method", {{"name", "single"}, {"fit", "stable"}, {"warp", "none"}}}},
+       "method.warp: can be given only where method.fit is tight"},
+      {{{"/method", {{"name", "auto"}, {"pass_ns", "long"}}}}, "method.pass_ns: must be a finite number >= 0, got \"long\""},
       {{{"/method", {{"name", "lloyd"}, {"scheme", "fp"}}}}, "method.scheme: must be one of w, zp, zp+w, fp+w, fp+zp+w, best, got fp"},
       {{{"/method", {{"name", "lloyd"}, {"fit", "tight"}}}},
        "method.fit: is not a known key; method takes name, split, lambda, bias, splits, count, scheme, warp, eta, shares, near_face, rows"},
       {{{"/method", {{"name", "lloyd"}, {"rows", 1}}}}, "method.rows: must be true or false, got 1"},
-      {{{"/method/name", "auto"}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, got auto" + later},
-      {{{"/method/name", "csm"}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, got csm"},
-      {{{"/method/name", 1}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, got 1"},
+      {{{"/method/name", "csm"}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, single, auto, got csm"},
+      {{{"/method/name", 1}}, "method.name: must be one of pssm, lloyd, lspsm, sdsm, single, auto, got 1"},
       {{{"/method", {{"name", "pssm"}, {"split", "log"}}}},
        "method.split: must be one of uniform, logarithmic, practical, explicit, got log"},
       {{{"/method", {{"name", "pssm"}, {"fit", "loose"}}}}, "method.fit: must be one of tight, slice, stable, got loose"},
@@ -676,14 +678,14 @@ TEST_F(Cli, SceneDecidesClampAndLimit) {
 }
 
 TEST_F(Cli, DefaultsAreTheContracts) {
-  const Json bare = edited({{"/id", kAway}, {"/image", kAway}, {"/budget", kAway}});
+  const Json bare = edited({{"/id", kAway}, {"/image", kAway}, {"/budget", kAway}, {"/method", kAway}});
   const Json full = edited({{"/image", {{"width", 1920}, {"height", 1080}}},
                             {"/budget", {{"partitions", 4}, {"resolution", 2048}}},
                             {"/camera/projection", "perspective"},
                             {"/camera/depth", "negative_one_to_one"},
                             {"/shadow_depth", "zero_to_one"},
                             {"/margin", {{"filter", 0}, {"normal_offset", 0}, {"blend", 0}, {"border", 0}}},
-                            {"/method", {{"name", "pssm"}, {"split", "logarithmic"}, {"fit", "tight"}}}});
+                            {"/method", {{"name", "auto"}, {"pass_ns", 50000}}}});
   EXPECT_EQ(untimed(answer(bare)), untimed(answer(full)));
 }
 
@@ -743,8 +745,58 @@ TEST_F(Cli, MethodReplacesTheWholeObject) {
   EXPECT_EQ(untimed(answer(uniform, {"--method", "pssm"})), untimed(answer(usual())));
   // Also where what is replaced would be refused.
   EXPECT_EQ(untimed(answer(edited({{"/method", "broken"}}), {"--method", "pssm"})), untimed(answer(usual())));
-  EXPECT_EQ(refusal(solveText(usual().dump(), {"--method", "auto"})),
-            "gnomon: method.name: must be one of pssm, lloyd, lspsm, sdsm, got auto: not built yet");
+  EXPECT_EQ(refusal(solveText(usual().dump(), {"--method", "later"})),
+            "gnomon: method.name: must be one of pssm, lloyd, lspsm, sdsm, single, auto, got later");
+}
+
+// A setting given without a method is the first one's that has it.
+TEST_F(Cli, SetNamesTheMethod) {
+  const Json bare = edited({{"/method", kAway}});
+  EXPECT_EQ(untimed(answer(bare, {"--set", "split=uniform"})), untimed(answer(usual(), {"--set", "split=uniform"})));
+  EXPECT_EQ(answer(bare, {"--set", "scheme=w"})["method"], "lloyd");
+  EXPECT_EQ(answer(bare, {"--set", "pass_ns=0"})["method"], "auto");
+}
+
+// One map: Lloyd's warped one, or the box of one slice.
+TEST_F(Cli, SingleIsOneMap) {
+  for (const auto& [settings, method] : std::vector<std::pair<std::vector<std::string>, Json>>{
+           {{}, {{"name", "lloyd"}, {"scheme", "w"}, {"warp", "least"}}},
+           {{"--set", "warp=eta", "--set", "eta=0.5"}, {{"name", "lloyd"}, {"scheme", "w"}, {"warp", "eta"}, {"eta", 0.5}}},
+           {{"--set", "fit=stable"}, {{"name", "pssm"}, {"count", 1}, {"fit", "stable"}}}}) {
+    std::vector<std::string> options{"--method", "single"};
+    options.insert(options.end(), settings.begin(), settings.end());
+    Json single = untimed(answer(usual(), options)), known = untimed(answer(edited({{"/method", method}})));
+    EXPECT_EQ(single["partitions"].size(), 1u);
+    EXPECT_EQ(single["method"], "single");
+    single["method"] = known["method"];
+    EXPECT_EQ(single, known);
+  }
+}
+
+// What auto compared stands in the report; explain says the same in words.
+TEST_F(Cli, AutoSaysWhy) {
+  const Json met = answer(usual(), {"--method", "auto", "--set", "budget.target_error=20"}), why = met["report"]["auto"];
+  EXPECT_LE(met["error"]["max"].get<double>(), 20.0);
+  EXPECT_EQ(met["warnings"], Json::array());
+  EXPECT_EQ(why["chosen"]["maps"], met["partitions"].size());
+  EXPECT_EQ(why["chosen"]["meets_target"], true);
+  EXPECT_LE(why["chosen"]["cost_ns"].get<double>(), why["runner_up"]["cost_ns"].get<double>());
+  EXPECT_GE(why["compared"].size(), 2u);
+  EXPECT_FALSE(answer(usual())["report"].contains("auto"));
+
+  const std::string path = folder() / "why.json";
+  std::ofstream(path) << usual();
+  const Output text = run({"explain", path, "--method", "auto", "--set", "budget.target_error=20"});
+  ASSERT_EQ(text.code, 0) << text.err;
+  EXPECT_NE(text.out.find("chosen     " + why["chosen"]["layout"].get<std::string>()), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("runner-up  " + why["runner_up"]["layout"].get<std::string>()), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("target 20 met"), std::string::npos) << text.out;
+  EXPECT_EQ(refusal(run({"explain", path})), "gnomon: method.name: must be auto to explain, got pssm");
+
+  const Json missed = answer(usual(), {"--method", "auto", "--set", "budget.target_error=0.5"});
+  ASSERT_EQ(missed["warnings"].size(), 1u);
+  EXPECT_EQ(missed["warnings"][0].get<std::string>().rfind(warningText(Warning::targetMissed), 0), 0u);
+  EXPECT_NE(missed["warnings"][0].get<std::string>().find(" texels in at most 4 maps"), std::string::npos);
 }
 
 TEST_F(Cli, FileAndStandardInputGiveTheSame) {
@@ -856,7 +908,7 @@ TEST_F(Cli, MethodsListsEverySetting) {
   ASSERT_EQ(text.code, 0);
   ASSERT_EQ(json.code, 0);
   const Json list = Json::parse(json.out);
-  ASSERT_EQ(list.size(), 4u);
+  ASSERT_EQ(list.size(), 6u);
   const std::vector<std::pair<std::string, Json>> splitting = {
       {"split", "logarithmic"}, {"lambda", 0.5}, {"bias", 0.0}, {"splits", nullptr}, {"count", nullptr}};
   const std::vector<std::pair<std::string, std::vector<std::pair<std::string, Json>>>> methods = {
@@ -870,7 +922,9 @@ TEST_F(Cli, MethodsListsEverySetting) {
         {"latency", 0.0},
         {"hysteresis", 0.0},
         {"quantise", false},
-        {"count", nullptr}}}};
+        {"count", nullptr}}},
+      {"single", {{"warp", "least"}, {"eta", 0.0}, {"fit", "tight"}}},
+      {"auto", {{"pass_ns", 50000.0}, {"texel_ns", 0.05}, {"fit_ns", 500.0}, {"search_ns", 5000.0}}}};
   for (std::size_t m = 0; m < methods.size(); ++m) {
     EXPECT_EQ(list[m]["name"], methods[m].first);
     auto settings = m < 2 ? splitting : std::vector<std::pair<std::string, Json>>();  // rows have no slices

@@ -1,6 +1,7 @@
 // gnomon: everything a renderer needs, in one include.
 #pragma once
 
+#include "gnomon/auto.h"
 #include "gnomon/blend.h"
 #include "gnomon/block.h"
 #include "gnomon/camera.h"

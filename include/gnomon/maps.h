@@ -28,6 +28,8 @@ struct MapSettings {
   WarpSettings warp;  // of tight fits
   const LightRectangle* rectangles = nullptr;  // for each slice, instead of the least one of a slice or doubled fit; null: none
   Shares shares = Shares::equal;
+  const WarpHint* hints = nullptr;  // where the search of each slice's least warp begins; null: everywhere
+  int chained = 0;  // where > 0, each slice's search but the first begins with the map before's and tries so many shapes beside it
 };
 
 // What every method begins with: checks the frame and the splits, makes region and light space, sets Solution::originWs. Errors: those of
@@ -45,6 +47,9 @@ struct MapFits {
   double neededTexels = 0.0;  // of all fits
   bool hasServed = false;
 };
+
+// A slice's map as the hint for one that is much like it.
+[[nodiscard]] WarpHint hintOf(const MapFits& maps, int slice, int trials) noexcept;
 
 // The first half: what a method may compare before it chooses.
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,

@@ -81,6 +81,7 @@ enum class Status : std::uint8_t {
   samplesBounds,
   samplesLatency,
   sdsmHysteresis,
+  autoWeights,
   biasSlope,
   biasConstant,
   worldSpacePrecision,

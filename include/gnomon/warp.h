@@ -32,10 +32,17 @@ struct WarpShape {
   double phi, kappa, sigma, tau;
 };
 
+// Where the search of the least warp may begin instead of everywhere: the shape of a map that is much like this one.
+struct WarpHint {
+  WarpShape shape;  // its kappa for each unit of log(widest pixel / narrowest)
+  int trials;  // shapes tried from the better of it and the rectangle
+  bool isThorough = false;  // everywhere, and from it as well
+};
+
 // Replaces the rectangle that `fit` holds by a warped map, where that needs fewer texels. axis: along which named warps run (unit,
 // light plane; zero: none). Returns the shape taken.
 WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const Footprint& footprint, const Served& served,
-                  const glm::dvec2& axis, MapFit& fit) noexcept;
+                  const glm::dvec2& axis, MapFit& fit, const WarpHint* hint = nullptr) noexcept;
 
 // n' / n of a warp with parameter eta for pixel widths of ratio alpha >= 1; infinite for eta = -1 or alpha = 1.  [Lloyd 2006, eq. 11 corrected]
 [[nodiscard]] double warpDistance(double eta, double alpha) noexcept;

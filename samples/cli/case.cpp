@@ -412,7 +412,7 @@ void parseBudget(const Json& value, Budget& budget) {
   fields.numberIf("target_error", Status::budgetTargetError, budget.targetError);
 }
 
-const Words kLaterMethods = {"single", "auto"};
+const char* const kDefaultMethod = "auto";
 const Words kSplitWords = {"uniform", "logarithmic", "practical", "explicit"};
 const Words kLloydSplitWords = {"uniform", "logarithmic", "practical", "explicit", "minimax"};
 const Words kFitWords = {"tight", "slice", "stable"};
@@ -424,6 +424,7 @@ const Words kRowWords = {"paper", "fitted", "error"};
 const Words kSdsmWords = {"logarithmic", "kmeans", "adaptive", "optimal"};
 const Words kNormWords = {"max", "mean", "mean_square"};
 const Words kBoundsWords = {"none", "light_space"};
+const Words kLayoutWords = {"slices", "faces", "rows"};
 
 // Sets an enumeration whose values stand in the order of their words.
 template <class Enum>
@@ -554,27 +555,59 @@ void parseLspsm(const Fields& fields, Case& out) {
   parseWarp(fields, out.lspsm.warp);
 }
 
+// One map: the warped one of the whole view, or a box of its one slice.
+void parseSingle(const Fields& fields, Case& out) {
+  out.lloyd = {.scheme = LloydScheme::w, .warp = {.warp = Warp::least}};
+  out.pssm.split.count = 1;
+  choiceIf(fields, "fit", kFitWords, out.pssm.fit);
+  for (const char* key : {"warp", "eta"})
+    if (fields.has(key) && out.pssm.fit != FitMode::tight)
+      throw Refusal(fields.field(key) + ": can be given only where method.fit is tight");
+  parseWarp(fields, out.lloyd.warp);
+}
+
+void parseAuto(const Fields& fields, Case& out) {
+  DeviceProfile& profile = out.automatic.profile;
+  for (const auto& [key, weight] : {std::pair<const char*, double*>{"pass_ns", &profile.pass},
+                                    {"texel_ns", &profile.texel},
+                                    {"fit_ns", &profile.fit},
+                                    {"search_ns", &profile.search}})
+    if (fields.has(key)) *weight = fields.number(key, "must be a finite number >= 0");
+  out.automatic.hasTarget = out.json.contains("budget") && out.json["budget"].contains("target_error");
+}
+
 // How a method reads its settings and solves.
 struct Engine {
   const char* name;
   void (*parse)(const Fields&, Case&);
-  Status (*solve)(const Case&, const Frame&, Solution&);
+  Status (*solve)(const Case&, const Frame&, Solution&, AutoReport*);
 };
 constexpr Engine kEngines[] = {
-    {"pssm", parsePssm, [](const Case& input, const Frame& frame, Solution& out) { return solvePssm(frame, input.pssm, out); }},
-    {"lloyd", parseLloyd, [](const Case& input, const Frame& frame, Solution& out) { return solveLloyd(frame, input.lloyd, out); }},
-    {"lspsm", parseLspsm, [](const Case& input, const Frame& frame, Solution& out) { return solveLspsm(frame, input.lspsm, out); }},
+    {"pssm", parsePssm,
+     [](const Case& input, const Frame& frame, Solution& out, AutoReport*) { return solvePssm(frame, input.pssm, out); }},
+    {"lloyd", parseLloyd,
+     [](const Case& input, const Frame& frame, Solution& out, AutoReport*) { return solveLloyd(frame, input.lloyd, out); }},
+    {"lspsm", parseLspsm,
+     [](const Case& input, const Frame& frame, Solution& out, AutoReport*) { return solveLspsm(frame, input.lspsm, out); }},
     {"sdsm", parseSdsm,
-     [](const Case& input, const Frame& frame, Solution& out) {
+     [](const Case& input, const Frame& frame, Solution& out, AutoReport*) {
        SdsmState state;  // of one frame: hysteresis has nothing to remember
        return solveSdsm(frame, input.sdsm, state, out);
+     }},
+    {"single", parseSingle,
+     [](const Case& input, const Frame& frame, Solution& out, AutoReport*) {
+       return input.pssm.fit == FitMode::tight ? solveLloyd(frame, input.lloyd, out) : solvePssm(frame, input.pssm, out);
+     }},
+    {"auto", parseAuto,
+     [](const Case& input, const Frame& frame, Solution& out, AutoReport* why) {
+       AutoState state;
+       return solveAuto(frame, input.automatic, state, out, why);
      }},
 };
 const Engine& engineOf(const Case& input) {
   return *std::find_if(std::begin(kEngines), std::end(kEngines), [&](const Engine& engine) { return input.method == engine.name; });
 }
 
-const Json kDefaultMethod = {{"name", "pssm"}};
 
 void parseMethod(const Json& value, Case& out) {
   Fields::requireObject(value, "method");
@@ -583,8 +616,6 @@ void parseMethod(const Json& value, Case& out) {
   const std::string nameRule = names.size() == 1 ? "must be " + names.front() : "must be one of " + join(names);
   const auto name = value.find("name");
   if (name == value.end()) refuse("method.name", nameRule, "nothing");
-  for (const std::string& later : kLaterMethods)
-    if (*name == later) refuse("method.name", nameRule, later + ": not built yet");
   const auto method = std::find_if(methods().begin(), methods().end(), [&](const Method& known) { return *name == known.name; });
   if (method == methods().end()) refuse("method.name", nameRule, wordOrText(*name));
   out.method = method->name;
@@ -665,7 +696,13 @@ void setField(Json& root, const std::string& assignment) {
         }
     }
   }
-  if (parts.front() == "method" && parts.size() > 1 && !root.contains("method")) root["method"] = Json{{"name", methods().front().name}};
+  if (parts.front() == "method" && parts.size() > 1 && !root.contains("method")) {
+    const auto knows = [&](const Method& method) {
+      return std::any_of(method.settings.begin(), method.settings.end(), [&](const Setting& setting) { return setting.name == parts[1]; });
+    };
+    const auto method = std::find_if(methods().begin(), methods().end(), knows);
+    root["method"] = Json{{"name", method == methods().end() ? kDefaultMethod : method->name}};
+  }
 
   Json value;
   Builder builder(value);
@@ -730,13 +767,13 @@ Case parseCase(Json root) {
   }
   fields.numberIf("fade", Status::fade, frame.fade);
   if (const Json* budget = fields.find("budget")) parseBudget(*budget, frame.budget);
-  parseMethod(fields.has("method") ? *fields.find("method") : kDefaultMethod, out);
+  parseMethod(fields.has("method") ? *fields.find("method") : Json{{"name", kDefaultMethod}}, out);
   return out;
 }
 
 Case methodCase(const std::string& name) {
   Case out;
-  parseMethod(name.empty() ? kDefaultMethod : Json{{"name", name}}, out);
+  parseMethod(Json{{"name", name.empty() ? kDefaultMethod : name}}, out);
   return out;
 }
 
@@ -794,6 +831,7 @@ const std::vector<Method>& methods() {
       return all;
     };
     const SdsmSettings sdsm;
+    const DeviceProfile profile;
     return std::vector<Method>{
         {"pssm", "parallel-split shadow maps: one map for each slice of view depth [Zhang 2006]",
          add(splitting(kSplitWords, "how the slices share the depth range"),
@@ -827,6 +865,15 @@ const std::vector<Method>& methods() {
           {"hysteresis", "number in [0, 1]", sdsm.hysteresis, "how far splits and maps may be off before they are taken anew, by share"},
           {"quantise", "false, true", sdsm.quantise, "sides of maps grow and shrink by powers of two, snapped to texels"},
           countSetting}},
+        {"single", "one map for all that must be shadowed",
+         add(warping({.warp = Warp::least}),
+             {{"fit", join(kFitWords), word(kFitWords, pssm.fit), "tight: as pssm, and only it is warped; slice, stable: as pssm"}})},
+        {"auto",
+         "the cheapest of all these that meets budget.target_error; without one, the least error that the budget allows",
+         {{"pass_ns", "number >= 0", profile.pass, "what drawing a map takes, whatever its size"},
+          {"texel_ns", "number >= 0", profile.texel, "what a texel takes"},
+          {"fit_ns", "number >= 0", profile.fit, "what the solver takes for a slice"},
+          {"search_ns", "number >= 0", profile.search, "and for its least warp"}}},
     };
   }();
   return list;
@@ -834,6 +881,10 @@ const std::vector<Method>& methods() {
 
 const std::string& warpName(Warp warp) { return kWarpWords[static_cast<std::size_t>(warp)]; }
 
-Status solve(const Case& input, const Frame& frame, Solution& solution) { return engineOf(input).solve(input, frame, solution); }
+const std::string& layoutName(AutoLayout layout) { return kLayoutWords[static_cast<std::size_t>(layout)]; }
+
+Status solve(const Case& input, const Frame& frame, Solution& solution, AutoReport* why) {
+  return engineOf(input).solve(input, frame, solution, why);
+}
 
 }  // namespace gnomon::cli

@@ -13,6 +13,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "gnomon/auto.h"
 #include "gnomon/lloyd.h"
 #include "gnomon/lspsm.h"
 #include "gnomon/pssm.h"
@@ -43,6 +44,7 @@ struct Case {
   LloydSettings lloyd;
   LspsmSettings lspsm;
   SdsmSettings sdsm;
+  AutoSettings automatic;
   Json json;  // what was read, for the text of refusals
 
   std::vector<Box> receivers, casters;
@@ -77,8 +79,11 @@ void setField(Json& root, const std::string& assignment);
 // A warp as cases spell it.
 [[nodiscard]] const std::string& warpName(Warp warp);
 
-// Solves a frame by the case's method. Returns solution.status.
-Status solve(const Case& input, const Frame& frame, Solution& solution);
+// A layout as the tool spells it.
+[[nodiscard]] const std::string& layoutName(AutoLayout layout);
+
+// Solves a frame by the case's method; why: what auto compared, or null. Returns solution.status.
+Status solve(const Case& input, const Frame& frame, Solution& solution, AutoReport* why = nullptr);
 
 // The line for a solve that the library refused.
 [[nodiscard]] std::string refusalText(const Case& input, const Solution& solution);

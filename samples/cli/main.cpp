@@ -53,7 +53,10 @@ struct SolveArguments {
 Json solveCase(const Case& input, int repeat, Solution& solution) {
   const double ns = cli::timedSolve(input, repeat, solution);
   if (solution.status != Status::ok) throw Refusal(cli::refusalText(input, solution));
-  return cli::resultJson(input.method, input.frame, solution, ns);
+  if (input.method != "auto") return cli::resultJson(input.method, input.frame, solution, ns);
+  const auto why = std::make_unique<AutoReport>();
+  (void)cli::solve(input, input.frame, solution, why.get());
+  return cli::resultJson(input.method, input.frame, solution, ns, why.get());
 }
 
 int solve(const SolveArguments& arguments) {
@@ -204,10 +207,46 @@ std::string number(double value, int digits) {
   return out.str();
 }
 
+// Why auto chooses what it does: every choice that it compared, the chosen one and the next best first.
+int explain(const SolveArguments& arguments) {
+  const Case input = arguments.read();
+  if (input.method != "auto") throw Refusal("method.name: must be auto to explain, got " + input.method);
+  auto solution = std::make_unique<Solution>();
+  const auto why = std::make_unique<AutoReport>();
+  if (cli::solve(input, input.frame, *solution, why.get()) != Status::ok) throw Refusal(cli::refusalText(input, *solution));
+  const Budget& budget = input.frame.budget;
+  if (why->chosen < 0) {
+    std::cout << "nothing to shadow: no map\n";
+    return 0;
+  }
+  Table table({"", "choice", "maps", "texels", "error", "needed/limit", "cost"});
+  const auto add = [&](const std::string& title, int i) {
+    const AutoCandidate& candidate = why->candidates[i];
+    table.add({title, cli::layoutName(candidate.choice.layout) + ", warp " + cli::warpName(candidate.choice.warp),
+               std::to_string(candidate.maps), number(candidate.texels / 1e6, 3) + " M",
+               number(candidate.error, 3) + (candidate.isMet ? "" : " (missed)"),
+               solution->limitTexels > 0.0 ? number(candidate.neededTexels / solution->limitTexels, 2) : "-",
+               number(candidate.cost / 1e3, 1) + " us"});
+  };
+  add("chosen", why->chosen);
+  if (why->runnerUp >= 0) add("runner-up", why->runnerUp);
+  for (int i = 0; i < why->count; ++i)
+    if (i != why->chosen && i != why->runnerUp) add("", i);
+  std::cout << table.text() << "\n";
+  if (!input.automatic.hasTarget)
+    std::cout << "no budget.target_error: the least error that the budget allows";
+  else if (solution->maxError <= budget.targetError)
+    std::cout << "target " << cli::shortest(budget.targetError) << " met at the least cost";
+  else
+    std::cout << "target " << cli::shortest(budget.targetError) << " missed; it takes " << cli::targetText(input.frame, *why);
+  std::cout << "; certified error of the maps as made: " << number(solution->maxError, 3) << "\n";
+  return 0;
+}
+
 // Renders and judges every view; pictures in folders under `folder`, the table on standard output and in table.txt.
 int run(const std::string& file, const std::string& method, const std::string& folder) {
   constexpr double kWidth = 1280.0, kHeight = 720.0;
-  cli::Case input = cli::methodCase(method);
+  cli::Case input = cli::methodCase(method.empty() ? "pssm" : method);
   constexpr int kTimings = 101;
   struct Job {
     offscreen::Mesh mesh;
@@ -286,6 +325,8 @@ int main(int argc, char** argv) {
 
   CLI::App* solveCommand = app.add_subcommand("solve", "solve a case; RESULT.json on standard output");
   arguments.addTo(*solveCommand);
+  CLI::App* explainCommand = app.add_subcommand("explain", "what method auto compares for a case, what it chooses and why");
+  arguments.addTo(*explainCommand);
   CLI::App* methodsCommand = app.add_subcommand("methods", "methods and their settings, defaults and ranges");
   methodsCommand->add_flag("--json", isJson, "as JSON");
   CLI::App* renderCommand = app.add_subcommand("render", "solve a case, render a scene with it and judge the picture against ray tracing");
@@ -313,6 +354,8 @@ int main(int argc, char** argv) {
     int code = 0;
     if (solveCommand->parsed())
       code = solve(arguments);
+    else if (explainCommand->parsed())
+      code = explain(arguments);
     else if (methodsCommand->parsed())
       code = listMethods(isJson);
     else if (renderCommand->parsed())

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "gnomon/error.h"
 
@@ -69,9 +70,38 @@ Json reportJson(const Frame& frame, const Solution& solution) {
   return out;
 }
 
+Json candidateJson(const AutoCandidate& candidate) {
+  return {{"layout", layoutName(candidate.choice.layout)},
+          {"warp", warpName(candidate.choice.warp)},
+          {"maps", candidate.maps},
+          {"needed_texels", candidate.neededTexels},
+          {"texels", candidate.texels},
+          {"error", candidate.error},
+          {"cost_ns", candidate.cost},
+          {"meets_target", candidate.isMet}};
+}
+
+// What auto compared.
+Json whyJson(const AutoReport& why) {
+  Json out;
+  out["chosen"] = why.chosen >= 0 ? candidateJson(why.candidates[why.chosen]) : Json(nullptr);
+  out["runner_up"] = why.runnerUp >= 0 ? candidateJson(why.candidates[why.runnerUp]) : Json(nullptr);
+  out["compared"] = Json::array();
+  for (int i = 0; i < why.count; ++i) out["compared"].push_back(candidateJson(why.candidates[i]));
+  return out;
+}
+
 }  // namespace
 
-Json resultJson(const std::string& method, const Frame& frame, const Solution& solution, double solveNs) {
+std::string targetText(const Frame& frame, const AutoReport& why) {
+  std::string text = std::to_string(std::llround(why.texelsForTarget)) + " texels in at most " + std::to_string(frame.budget.partitions) +
+                     (frame.budget.partitions == 1 ? " map" : " maps");
+  if (why.mapsForTarget > 0)
+    text += ", or " + std::to_string(why.mapsForTarget) + (frame.budget.texels > 0.0 ? " maps" : " maps of budget.resolution");
+  return text;
+}
+
+Json resultJson(const std::string& method, const Frame& frame, const Solution& solution, double solveNs, const AutoReport* why) {
   Json out;
   out["status"] = "ok";
   out["method"] = method;
@@ -85,10 +115,14 @@ Json resultJson(const std::string& method, const Frame& frame, const Solution& s
   out["error"]["needed_texels"] = solution.neededTexels;
   out["error"]["limit_texels"] = solution.limitTexels > 0.0 ? Json(solution.limitTexels) : Json(nullptr);
   out["report"] = reportJson(frame, solution);
+  if (why) out["report"]["auto"] = whyJson(*why);
   out["warnings"] = Json::array();
   for (int i = 0; i < kWarningCount; ++i) {
     const std::uint32_t bit = 1u << i;
-    if ((solution.warnings & bit) != 0) out["warnings"].push_back(warningText(static_cast<Warning>(bit)));
+    if ((solution.warnings & bit) == 0) continue;
+    std::string text = warningText(static_cast<Warning>(bit));
+    if (why && static_cast<Warning>(bit) == Warning::targetMissed) text += ": " + targetText(frame, *why);
+    out["warnings"].push_back(text);
   }
   out["block"] = base64({reinterpret_cast<const std::uint8_t*>(&solution.block), sizeof solution.block});
   out["solve_ns"] = solveNs;

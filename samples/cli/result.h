@@ -12,7 +12,12 @@
 
 namespace gnomon::cli {
 
-[[nodiscard]] Json resultJson(const std::string& method, const Frame& frame, const Solution& solution, double solveNs);
+// why: what auto compared, or null.
+[[nodiscard]] Json resultJson(const std::string& method, const Frame& frame, const Solution& solution, double solveNs,
+                              const AutoReport* why = nullptr);
+
+// What the target that auto missed would take.
+[[nodiscard]] std::string targetText(const Frame& frame, const AutoReport& why);
 
 // JSON text with lists of numbers on one line each.
 [[nodiscard]] std::string layOut(const Json& value);

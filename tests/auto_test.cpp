@@ -1,0 +1,347 @@
+#include "support.h"
+
+#include "allocations.h"
+#include "gnomon/auto.h"
+
+namespace gnomon::test {
+namespace {
+
+struct Answer {
+  Solution solution;
+  AutoReport why;
+};
+
+std::unique_ptr<Answer> choose(const Frame& frame, const AutoSettings& settings, AutoState& state) {
+  auto answer = std::make_unique<Answer>();
+  (void)solveAuto(frame, settings, state, answer->solution, &answer->why);
+  return answer;
+}
+std::unique_ptr<Answer> choose(const Frame& frame, const AutoSettings& settings = {}) {
+  AutoState state;
+  return choose(frame, settings, state);
+}
+
+bool isMissed(const Solution& solution) { return (solution.warnings & static_cast<std::uint32_t>(Warning::targetMissed)) != 0; }
+
+double texelsOf(const Solution& solution) {
+  double sum = 0.0;
+  for (int i = 0; i < solution.partitionCount; ++i)
+    sum += static_cast<double>(solution.partitions[i].viewport.z) * solution.partitions[i].viewport.w;
+  return sum;
+}
+
+// Views in all directions, lights in all directions and along the view, whole or cut by a box or a ground, all budgets.
+Frame randomFrame(Random& random, int k, Box& box, glm::dvec4& ground) {
+  Frame frame = usualFrame();
+  frame.camera.forwardWs = random.direction();
+  frame.camera.upWs = random.direction();
+  frame.camera.far = random.logUniform(1.0, 1000.0);
+  frame.light.directionWs = k % 5 == 0 ? frame.camera.forwardWs * (k % 2 ? 1.0 : -1.0) : random.direction();
+  const glm::dvec3 centre = frame.camera.positionWs + glm::normalize(frame.camera.forwardWs) * random.logUniform(0.2, 50.0);
+  const glm::dvec3 half(random.logUniform(0.01, 20.0), random.logUniform(0.01, 20.0), random.logUniform(0.01, 20.0));
+  box = {centre - half, centre + half};
+  ground = {0.0, 1.0, 0.0, 0.5};
+  if (k % 3 == 1) frame.scene.receivers = {&box, 1};
+  if (k % 6 == 2) frame.scene.planes = {&ground, 1};
+  frame.budget.partitions = 1 + random.index(8);
+  frame.budget.resolution = 256 << random.index(4);
+  frame.budget.targetError = random.logUniform(0.3, 100.0);
+  return frame;
+}
+
+TEST(Auto, RefusesWeightsAndWhatItsStagesRefuse) {
+  AutoState state;
+  for (double DeviceProfile::*weight : {&DeviceProfile::pass, &DeviceProfile::texel, &DeviceProfile::fit, &DeviceProfile::search})
+    for (const double bad : {-1.0, kInfinity, std::nan("")}) {
+      AutoSettings settings;
+      settings.profile.*weight = bad;
+      EXPECT_EQ(choose(usualFrame(), settings)->solution.status, Status::autoWeights);
+    }
+  EXPECT_EQ(choose(usualFrame(), {.hysteresis = -0.1})->solution.status, Status::autoWeights);
+  ASSERT_EQ(choose(usualFrame(), {}, state)->solution.status, Status::ok);
+  const AutoState before = state;
+  Frame frame = usualFrame();
+  frame.light.directionWs = glm::dvec3(0.0);
+  const auto refused = choose(frame, {}, state);
+  EXPECT_EQ(refused->solution.status, Status::lightDirection);
+  EXPECT_EQ(refused->solution.block.info.x, 0u);
+  EXPECT_EQ(state.choice, before.choice);
+  EXPECT_EQ(state.value, before.value);
+}
+
+// Met where it says so, within every budget, everything covered and no less sharp than certified.
+TEST(Auto, MeetsTheTargetOrSaysSo) {
+  Random random(701);
+  int met = 0, missed = 0;
+  for (int k = 0; k < 300; ++k) {
+    Box box;
+    glm::dvec4 ground;
+    Frame frame = randomFrame(random, k, box, ground);
+    if (k % 7 == 0) frame.margin = {.filter = 1.0, .normalOffset = 0.5, .blend = 0.1, .border = 2};
+    if (k % 11 == 0) frame.shadowMap.layout = MapLayout::layers;
+    if (k % 13 == 0) frame.budget.atlas = {700, 900};
+    if (k % 17 == 0) frame.camera = orthographic({1.0, 2.0, 3.0}, random.direction(), {0.1, 1.0, 0.2}, 10.0, 1.5, 0.1, 50.0);
+    const auto answer = choose(frame);
+    const Solution& solution = answer->solution;
+    ASSERT_EQ(solution.status, Status::ok) << k << " " << statusField(solution.status);
+    ASSERT_TRUE(isFinite(solution)) << k;
+    if (solution.partitionCount == 0) continue;
+    ASSERT_EQ(isMissed(solution), !(solution.maxError <= frame.budget.targetError)) << k;
+    (isMissed(solution) ? missed : met) += 1;
+    ASSERT_LE(solution.partitionCount, frame.budget.partitions) << k;
+    ASSERT_LE(texelsOf(solution), frame.budget.resolution * frame.budget.resolution * frame.budget.partitions) << k;
+    ASSERT_GE(answer->why.chosen, 0);
+    ASSERT_EQ(answer->why.candidates[answer->why.chosen].maps, solution.partitionCount) << k;
+    if (k % 7) checkClaims(frame, solution, random, 40);  // blended maps claim less than they cover
+    ASSERT_FALSE(HasFailure()) << k;
+  }
+  EXPECT_GT(met, 100);
+  EXPECT_GT(missed, 50);
+}
+
+// Cost by the profile, as the header states it, of what a solution has and what it took to fit it.
+double costOf(const DeviceProfile& profile, double maps, double texels, double fits, bool isSearched) {
+  return maps * profile.pass + texels * profile.texel + fits * (profile.fit + (isSearched ? profile.search : 0.0));
+}
+
+// Every layout, count and warp, each solved by its own method: none that meets the target costs less than 1 / 1.05 of what auto takes.
+TEST(Auto, NeverDearerThanTheBestOfAllChoices) {
+  Random random(702);
+  const DeviceProfile profile;
+  auto tried = std::make_unique<Solution>();
+  double worst = 0.0, worstError = 0.0;
+  for (int k = 0; k < 60; ++k) {
+    Box box;
+    glm::dvec4 ground;
+    Frame frame = randomFrame(random, k, box, ground);
+    frame.budget.partitions = 1 + k % 6;
+    const double target = frame.budget.targetError, budget = frame.budget.resolution * frame.budget.resolution * frame.budget.partitions;
+    double cheapest = kInfinity, sharpest = kInfinity;
+    const auto consider = [&](bool isSearched) {
+      if (tried->status != Status::ok || tried->partitionCount == 0) return;
+      constexpr double kRounding = 2.0;  // texels that each side of a map may take beyond what it needs
+      double needed = 0.0;
+      for (int i = 0; i < tried->partitionCount; ++i) {
+        const Partition& map = tried->partitions[i];
+        needed += (map.error.s * map.viewport.z / target + kRounding) * (map.error.t * map.viewport.w / target + kRounding);
+      }
+      sharpest = std::min(sharpest, std::sqrt(tried->neededTexels / budget));
+      if (needed > budget) return;
+      const double fits = frame.scene.receivers.empty() && frame.scene.planes.empty() ? 1.0 : tried->partitionCount;
+      cheapest = std::min(cheapest, costOf(profile, tried->partitionCount, needed, fits, isSearched));
+    };
+    for (const Warp warp : {Warp::none, Warp::lispsm, Warp::least})
+      for (int count = 1; count <= frame.budget.partitions; ++count) {
+        Frame few = frame;
+        few.budget.partitions = count;
+        (void)solveLloyd(few, {.scheme = LloydScheme::zpw, .split = {}, .warp = {.warp = warp}}, *tried);
+        consider(warp == Warp::least);
+        (void)solveLloyd(few, {.scheme = LloydScheme::fpzpw, .split = {}, .warp = {.warp = warp}}, *tried);
+        consider(warp == Warp::least);
+        (void)solveLspsm(few, {.rows = {.rule = RowRule::error, .maxColumns = 1}, .warp = {.warp = warp}}, *tried);
+        consider(warp == Warp::least);
+      }
+    const auto answer = choose(frame);
+    if (answer->solution.partitionCount == 0) continue;
+    const AutoCandidate& chosen = answer->why.candidates[answer->why.chosen];
+    if (cheapest < kInfinity) {
+      EXPECT_FALSE(isMissed(answer->solution)) << k << " E " << target << " res " << frame.budget.resolution << " M " << frame.budget.partitions << " cheapest " << cheapest << " chosen cost " << chosen.cost << " N " << chosen.neededTexels << " max " << answer->solution.maxError << " spent " << texelsOf(answer->solution) << " warn " << answer->solution.warnings;
+      const double fits = chosen.choice.layout == AutoLayout::slices && frame.scene.receivers.empty() && frame.scene.planes.empty()
+                              ? 1.0
+                              : answer->solution.partitionCount;
+      const double cost =
+          costOf(profile, answer->solution.partitionCount, texelsOf(answer->solution), fits, chosen.choice.warp == Warp::least);
+      worst = std::max(worst, cost / cheapest);
+      EXPECT_LE(cost, 1.05 * cheapest) << k;
+    } else if (isMissed(answer->solution)) {
+      worstError = std::max(worstError, answer->solution.maxError / sharpest);
+      EXPECT_LE(answer->solution.maxError, 1.05 * sharpest) << k;
+    }
+  }
+  RecordProperty("cost", std::to_string(worst));
+  RecordProperty("error", std::to_string(worstError));
+}
+
+// A crate in the distance of a long view: one map of about as many texels as it has pixels.
+TEST(Auto, ASmallSceneGetsOneSmallMap) {
+  Frame frame = usualFrame();
+  const glm::dvec3 centre = frame.camera.positionWs + glm::normalize(frame.camera.forwardWs) * 40.0;
+  const Box crate{centre - 0.5, centre + 0.5};
+  frame.scene.receivers = {&crate, 1};
+  const auto answer = choose(frame);
+  EXPECT_EQ(answer->solution.partitionCount, 1);
+  EXPECT_FALSE(isMissed(answer->solution));
+  const double side = std::sqrt(3.0) / pixelAt(frame, 39.0);  // of the crate's diagonal in pixels
+  EXPECT_LE(texelsOf(answer->solution), side * side);
+  EXPECT_GE(answer->solution.maxError, 0.9);  // no sharper than asked
+}
+
+// Two crates far apart in depth: what lies between takes no texel, nor does anything behind the viewer.
+TEST(Auto, EmptyDepthGetsNothing) {
+  Frame frame = usualFrame();
+  const glm::dvec3 forward = glm::normalize(frame.camera.forwardWs);
+  const auto crate = [&](double depth) {
+    const glm::dvec3 centre = frame.camera.positionWs + forward * depth;
+    return Box{centre - 0.2, centre + 0.2};
+  };
+  const Box both[] = {crate(2.0), crate(50.0)};
+  frame.scene.receivers = both;
+  frame.budget.targetError = 0.5;
+  const auto answer = choose(frame);
+  ASSERT_EQ(answer->solution.partitionCount, 2);
+  double area = 0.0;
+  for (const double depth : {2.0, 50.0}) {
+    const double side = 0.4 * std::sqrt(3.0) / pixelAt(frame, depth - 0.4) / frame.budget.targetError;  // of a crate's diagonal
+    area += side * side;
+  }
+  EXPECT_LE(texelsOf(answer->solution), area);
+  const Box behind = crate(-10.0);
+  frame.scene.receivers = {&behind, 1};
+  const auto nothing = choose(frame);
+  EXPECT_EQ(nothing->solution.status, Status::ok);
+  EXPECT_EQ(nothing->solution.partitionCount, 0);
+  EXPECT_EQ(nothing->why.chosen, -1);
+  EXPECT_EQ(nothing->solution.block.info.x, 0u);
+}
+
+// Texels beyond the target are not allocated: they fall with its square, down to what passes cost.
+TEST(Auto, NoTexelsBeyondTheTarget) {
+  Frame frame = usualFrame();
+  frame.budget = {.partitions = 4, .resolution = 8192};
+  for (const double target : {1.0, 2.0, 4.0, 8.0, 16.0}) {
+    frame.budget.targetError = target;
+    const auto answer = choose(frame);
+    ASSERT_FALSE(isMissed(answer->solution)) << target;
+    EXPECT_GE(answer->solution.maxError, 0.99 * target);
+    EXPECT_NEAR(texelsOf(answer->solution) * target * target / answer->solution.neededTexels, 1.0, 0.03) << target;
+  }
+}
+
+// Without a target: the least error, no worse than the best of Lloyd's schemes with the same budget.
+TEST(Auto, WithoutATargetTheLeastError) {
+  Random random(703);
+  auto best = std::make_unique<Solution>();
+  for (int k = 0; k < 40; ++k) {
+    Box box;
+    glm::dvec4 ground;
+    const Frame frame = randomFrame(random, k, box, ground);
+    (void)solveLloyd(frame, {.scheme = LloydScheme::best}, *best);
+    const auto answer = choose(frame, {.hasTarget = false});
+    EXPECT_FALSE(isMissed(answer->solution));
+    EXPECT_LE(answer->solution.neededTexels, 1.1 * best->neededTexels) << k << " " << frame.budget.partitions << " rec " << frame.scene.receivers.size() << frame.scene.planes.size() << " layout " << (int)answer->why.candidates[answer->why.chosen].choice.layout << " count " << answer->why.candidates[answer->why.chosen].choice.count << " warp " << (int)answer->why.candidates[answer->why.chosen].choice.warp << " best warp " << (int)best->partitions[0].warp << " planes " << best->partitions[0].planeCount << " n " << best->partitionCount << " best " << best->neededTexels << " predicted " << answer->why.candidates[answer->why.chosen].neededTexels;
+    EXPECT_LE(texelsOf(answer->solution), frame.budget.resolution * frame.budget.resolution * frame.budget.partitions);
+  }
+}
+
+// What a missed target is said to take does meet it, and every map gives way alike.
+TEST(Auto, SaysWhatAMissedTargetTakes) {
+  Random random(704);
+  int known = 0;
+  for (int k = 0; k < 60; ++k) {
+    Box box;
+    glm::dvec4 ground;
+    Frame frame = randomFrame(random, k, box, ground);
+    frame.budget.resolution = 512;
+    frame.budget.partitions = 1 + k % 4;
+    frame.budget.targetError = random.logUniform(0.3, 3.0);
+    const auto answer = choose(frame);
+    if (!isMissed(answer->solution)) continue;
+    double least = kInfinity, most = 0.0;
+    for (int i = 0; i < answer->solution.partitionCount; ++i) {
+      const double error = std::max(answer->solution.partitions[i].error.s, answer->solution.partitions[i].error.t);
+      least = std::min(least, error);
+      most = std::max(most, error);
+    }
+    const glm::ivec4& first = answer->solution.partitions[0].viewport;
+    if (std::min(first.z, first.w) > 100) {
+      EXPECT_LT(most / least, 1.1) << k;
+    }
+    if (answer->why.mapsForTarget > 0) {
+      ++known;
+      Frame more = frame;
+      more.budget.partitions = answer->why.mapsForTarget;
+      EXPECT_FALSE(isMissed(choose(more)->solution)) << k << " " << answer->why.mapsForTarget;
+    }
+    frame.budget.texels = answer->why.texelsForTarget * 1.02;  // whole texels
+    if (frame.budget.texels < 1e8) {
+      EXPECT_FALSE(isMissed(choose(frame)->solution)) << k;
+    }
+  }
+  EXPECT_GT(known, 5);
+}
+
+// Along a walk under a turning light the choice is kept while it serves: fewer switches, and never dearer than the stated share twice over
+// (once for what was compared last, once for what has changed since).
+TEST(Auto, KeepsTheChoiceWhileItServes) {
+  Frame frame = usualFrame();
+  frame.budget = {.partitions = 6, .resolution = 2048, .targetError = 2.0};
+  const AutoSettings settings;
+  AutoState state;
+  AutoChoice last, lastFresh;
+  int switches = 0, freshSwitches = 0, kept = 0;
+  double worst = 0.0;
+  constexpr int kFrames = 300;
+  for (int i = 0; i < kFrames; ++i) {
+    const double turn = i * 0.01;
+    frame.camera.positionWs += glm::dvec3(0.02, 0.0, 0.05);
+    frame.camera.forwardWs = {std::sin(0.3 * turn + 0.2 * std::sin(7.0 * turn)), -0.2, std::cos(0.3 * turn)};
+    frame.light.directionWs = {std::cos(turn), -0.8, std::sin(turn)};
+    const auto answer = choose(frame, settings, state), fresh = choose(frame, settings);
+    ASSERT_EQ(isMissed(answer->solution), isMissed(fresh->solution)) << i;
+    kept += answer->why.isKept;
+    switches += i > 0 && !(state.choice == last);
+    const AutoChoice& freshChoice = fresh->why.candidates[fresh->why.chosen].choice;
+    freshSwitches += i > 0 && !(freshChoice == lastFresh);
+    last = state.choice;
+    lastFresh = freshChoice;
+    const AutoCandidate &own = answer->why.candidates[answer->why.chosen], &other = fresh->why.candidates[fresh->why.chosen];
+    worst = std::max(worst, other.isMet ? own.cost / other.cost : own.error / other.error);
+  }
+  RecordProperty("switches", switches);
+  RecordProperty("switches_without", freshSwitches);
+  RecordProperty("kept", kept);
+  RecordProperty("worst", std::to_string(worst));
+  EXPECT_LT(switches, freshSwitches);
+  EXPECT_GT(kept, kFrames * 9 / 10);
+  EXPECT_LE(worst, (1.0 + settings.hysteresis) * (1.0 + settings.hysteresis));
+}
+
+// What is not sampled costs nothing.
+TEST(Auto, SamplesCutTheCost) {
+  Frame frame = usualFrame();
+  frame.budget.targetError = 4.0;
+  const auto whole = choose(frame);
+  Samples samples;
+  samples.near = 20.0;
+  samples.far = 30.0;
+  frame.samples = &samples;
+  const auto sampled = choose(frame);
+  EXPECT_LE(sampled->solution.partitionCount, whole->solution.partitionCount);
+  EXPECT_LT(texelsOf(sampled->solution), 0.5 * texelsOf(whole->solution));
+  EXPECT_LE(sampled->solution.maxError, 4.0);
+  EXPECT_GE(sampled->solution.partitions[0].near, 19.9);
+}
+
+TEST(Auto, ScaleFree) {
+  const auto plain = choose(usualFrame());
+  for (const double scale : {1e-6, 1e6}) {
+    Frame frame = usualFrame();
+    frame.camera.positionWs *= scale;
+    frame.camera.near *= scale;
+    frame.camera.far *= scale;
+    const auto scaled = choose(frame);
+    EXPECT_EQ(scaled->why.candidates[scaled->why.chosen].choice, plain->why.candidates[plain->why.chosen].choice);
+    EXPECT_NEAR(scaled->solution.neededTexels / plain->solution.neededTexels, 1.0, 1e-2);
+  }
+}
+
+TEST(Auto, AllocatesNothing) {
+  auto answer = std::make_unique<Answer>();
+  AutoState state;
+  const auto before = allocationCount();
+  for (int i = 0; i < 2; ++i) (void)solveAuto(usualFrame(), {}, state, answer->solution, &answer->why);
+  EXPECT_EQ(allocationCount(), before);
+}
+
+}  // namespace
+}  // namespace gnomon::test

@@ -295,8 +295,8 @@ class Chooser {
 };
 
 // Places the best choice's maps and writes them, with as many texels as meet the target: whole texels may round past it.
-Status place(const Frame& frame, const Region& region, const LightSpace& light, bool hasTarget, double most, Fitted& fitted,
-             Solution& solution) noexcept {
+Status writeBest(const Frame& frame, const Region& region, const LightSpace& light, bool hasTarget, double most, Fitted& fitted,
+                 Solution& solution) noexcept {
   constexpr int kTries = 5;
   const double target = frame.budget.targetError;
   MapFit fits[kMaxPartitions];
@@ -380,7 +380,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
                  chooser.overLimit(held) <= state.overLimit * most;
   }
   AutoState next = state;
-  constexpr int kRounds = 3;  // where the atlas cannot be filled, what it held is all there is
+  constexpr int kAttempts = 3;  // where the atlas cannot be filled, what it held is all there is
   for (int round = 1;; ++round) {
     if (!why.isKept) {
       chooser.chooseAll();
@@ -404,11 +404,11 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
     next.choice = predicted.choice;
     remember(light, chosen, next);
     chooser.report();
-    if (const Status status = place(frame, region, light, settings.hasTarget, chooser.texels, chosen, solution); status != Status::ok)
+    if (const Status status = writeBest(frame, region, light, settings.hasTarget, chooser.texels, chosen, solution); status != Status::ok)
       return refuse(solution, status);
     if (!settings.hasTarget || solution.maxError <= target) break;
     why.texelsForTarget = chooser.texelsForTarget();
-    if (!predicted.isMet || round == kRounds) break;
+    if (!predicted.isMet || round == kAttempts) break;
     constexpr double kLess = 1.0 - 1e-6;
     chooser.usable = predicted.texels * kLess;
     if ((solution.warnings & static_cast<std::uint32_t>(Warning::atlasReduced)) != 0)

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kRoughTrials = 12;  // shapes tried from a like map's: a few per cent above a search everywhere
 constexpr int kHeldTrials = 8;  // from the map of the frame before: a round of the search, so that it follows the view
-constexpr int kFineTrials = 24;  // from the map before's in the same choice: half a per cent
+constexpr int kFineTrials = 24;  // from the map before's in the same choice: a per cent
 
 // The texels that maps take for error e: area / e^2 + edge / e + fixed.
 struct Demand {
@@ -97,7 +97,7 @@ class Chooser {
     return area_ > 0.0 ? candidate.neededTexels / area_ : 0.0;
   }
 
-  // Fits a choice. hints: for each slice, or null: searched for from the first map on. Candidates without maps are never met.
+  // Fits a choice. hints: for each slice, or null: the first map's warp is searched for everywhere. What has no map is never met.
   AutoCandidate consider(const AutoChoice& choice, const WarpHint* hints) noexcept {
     Fitted& made = fitted_[1 - best_];
     AutoCandidate& candidate = made.candidate;
@@ -163,7 +163,8 @@ class Chooser {
     }
   }
 
-  // The fewest maps, more than the budget has, with which slices meet the target; 0: none up to kMaxPartitions. A budget by resolution grows with them.
+  // The fewest maps, more than the budget has, with which slices meet the target; 0: none up to kMaxPartitions. A budget by resolution
+  // grows with them.
   [[nodiscard]] int mapsForTarget() noexcept {
     for (int count = frame_.budget.partitions + 1; count <= kMaxPartitions; ++count) {
       usable = frame_.budget.texels > 0.0 ? texels : texelsPerMap(frame_.budget, count) * count;
@@ -295,8 +296,8 @@ class Chooser {
 };
 
 // Places the best choice's maps and writes them, with as many texels as meet the target: whole texels may round past it.
-Status place(const Frame& frame, const Region& region, const LightSpace& light, bool hasTarget, double most, Fitted& fitted,
-             Solution& solution) noexcept {
+Status writeBest(const Frame& frame, const Region& region, const LightSpace& light, bool hasTarget, double most, Fitted& fitted,
+                 Solution& solution) noexcept {
   constexpr int kTries = 5;
   const double target = frame.budget.targetError;
   MapFit fits[kMaxPartitions];
@@ -367,8 +368,9 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
   const double target = frame.budget.targetError;
   Chooser chooser(frame, region, light, settings, why);
   chooser.texels = texelsPerMap(frame.budget, frame.budget.partitions) * frame.budget.partitions;
-  if (frame.budget.atlas.x > 0 && frame.budget.atlas.y > 0)
-    chooser.texels = std::min(chooser.texels, static_cast<double>(frame.budget.atlas.x) * frame.budget.atlas.y);
+  const auto sideOf = [](int most) { return static_cast<double>(most > 0 ? most : kMaxTextureSide); };
+  if (frame.shadowMap.layout == MapLayout::atlas)
+    chooser.texels = std::min(chooser.texels, sideOf(frame.budget.atlas.x) * sideOf(frame.budget.atlas.y));
   chooser.usable = chooser.texels;
   AutoCandidate held;
   WarpHint hints[kMaxPartitions];
@@ -380,7 +382,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
                  chooser.overLimit(held) <= state.overLimit * most;
   }
   AutoState next = state;
-  constexpr int kRounds = 3;  // where the atlas cannot be filled, what it held is all there is
+  constexpr int kAttempts = 3;  // where the atlas cannot be filled, what it held is all there is
   for (int round = 1;; ++round) {
     if (!why.isKept) {
       chooser.chooseAll();
@@ -404,11 +406,11 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
     next.choice = predicted.choice;
     remember(light, chosen, next);
     chooser.report();
-    if (const Status status = place(frame, region, light, settings.hasTarget, chooser.texels, chosen, solution); status != Status::ok)
+    if (const Status status = writeBest(frame, region, light, settings.hasTarget, chooser.texels, chosen, solution); status != Status::ok)
       return refuse(solution, status);
     if (!settings.hasTarget || solution.maxError <= target) break;
     why.texelsForTarget = chooser.texelsForTarget();
-    if (!predicted.isMet || round == kRounds) break;
+    if (!predicted.isMet || round == kAttempts) break;
     constexpr double kLess = 1.0 - 1e-6;
     chooser.usable = predicted.texels * kLess;
     if ((solution.warnings & static_cast<std::uint32_t>(Warning::atlasReduced)) != 0)

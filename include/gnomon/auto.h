@@ -3,7 +3,8 @@
 // A composition: region -> (split | face | rows, any count, any warp) -> footprint -> fit -> warp compared by cost -> atlas -> block. Cost is the
 // estimated time of a frame: passes, texels and the solve itself, weighed by what a device takes for each. Based on the certificate's measure
 // [Lloyd 2006, eq. 12 generalised]: a choice that needs N texels for error 1 meets error e with N / e^2, so no more than these are allocated.
-// Counts are searched by doubling and then between the best and its neighbours; layouts that gnomon/error.h's limit rules out are not fitted.
+// The count that usual views take is tried first, then its neighbours while they are better; what k warped maps of equal ratio leave of
+// the limit [Lloyd 2006, eq. 18] rules out most others before anything is fitted.
 // Shader part: none.
 // Test: tests/auto_test.cpp
 #pragma once
@@ -81,7 +82,7 @@ struct AutoState {
 // Errors: autoWeights; value: what was refused.
 [[nodiscard]] Status validate(const AutoSettings& settings, double& value) noexcept;
 
-// Partitions for one directional light. No heap, no globals, no exceptions. Texels are shared so that every map ends with the same error; over budget
+// Partitions for one directional light. No heap, no globals, no exceptions; some 130 KB of stack. Texels are shared so that every map ends with the same error; over budget
 // all give way alike. Warning: targetMissed. On any refusal the answer has no partitions, its block reads as lit and the state is as it was.
 // Returns solution.status.
 Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& state, Solution& solution,

@@ -95,9 +95,9 @@ TEST(Lloyd, SharesEqualiseError) {
   }
 }
 
-// As the light turns, through the view's direction, the image's axes and in and out of the view's sides, `needed` changes by no more than 2 + ln(f/n)
-// of itself for each radian, so finer steps give smaller changes; the least warp's search may miss its valley by a little more or less from one
-// step to the next, and `needed` then jumps by that.
+// As the light turns, through the view's direction, the image's axes and in and out of the view's sides, `needed` changes by no more than 2
+// + ln(f/n) of itself for each radian, so finer steps give smaller changes; the least warp's search may miss its valley by a little more or
+// less from one step to the next, and `needed` then jumps by that.
 TEST(Lloyd, NeededIsContinuousInTheLight) {
   const glm::dvec3 forward{0, 0, -1}, aside = glm::normalize(glm::dvec3(0.3, -0.8, 0.2));
   const std::pair<glm::dvec3, glm::dvec3> circles[] = {{forward, {0, -1, 0}},   {forward, {1, 0, 0}},         {forward, {0.3, -0.8, 0}},

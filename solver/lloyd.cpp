@@ -57,8 +57,8 @@ Candidate* findBest(const Frame& frame, const Region& region, const LightSpace& 
       return false;
     const bool byViewDepth = needsViewDepth(region, splits);
     if (best) {
-      // A named warp says at a tenth of the price what has no hope: in 2100 views of 4, 8 and 12 maps what won by the least warp never needed more
-      // than this by LiSPSM, times the least so far; but for slices, by 1 %. Faces are seldom along LiSPSM's axis.
+      // A named warp says at a tenth of the price what has no hope: in 2100 views of 4, 8 and 12 maps what won by the least warp never
+      // needed more than this by LiSPSM, times the least so far; but for slices, by 1 %. Faces are seldom along LiSPSM's axis.
       constexpr double kHopeless = 1.4, kHopelessFaces = 2.5;
       MapSettings rough = making;
       rough.warp.warp = Warp::lispsm;

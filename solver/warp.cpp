@@ -52,7 +52,7 @@ Ends findEnds(const Served& served, const glm::dvec2& axis) noexcept {
 
 double angleOf(const glm::dvec2& v) noexcept { return std::atan2(v.y, v.x); }
 
-constexpr double kQuarter = 1.5707963267948966;  // of a turn
+constexpr double kRightAngle = 1.5707963267948966;
 
 // The wedge that the footprint fills, seen from the eye's projection (the origin).
 struct Spread {
@@ -79,8 +79,8 @@ Spread findSpread(const Footprint& footprint) noexcept {
 }
 
 // A projective map is the line of the light plane that it sends to infinity, w = 0, and the two directions in which s and t run once it is
-// there: with U, v along and across the line, s = (x U + y v) / w. How far s ranges, times the widest that a unit of it is at a vertex, is a
-// function F of (x, y) alone, and the texels needed are F of s times F of t over the square of their determinant. So a few values of F
+// there: with U, v along and across the line, s = (x U + y v) / w. How far s ranges, times the widest that a unit of it is at a vertex, is
+// a function F of (x, y) alone, and the texels needed are F of s times F of t over the square of their determinant. So a few values of F
 // judge every pair of directions, and what is left to search has two parameters, not four.
 class Search {
  public:
@@ -88,11 +88,12 @@ class Search {
     for (int i = 0; i < served.count; ++i) density_[i] = 1.0 / (served.pixels[i] * served.pixels[i]);
   }
 
-  // Keeps the best lines that differ in kind. The line lies at right angles to phi, where w is 1 / (e^kappa - 1) of the footprint's length away.
+  // Looks at the line at right angles to phi that lies 1 / (e^kappa - 1) of the footprint's length before it; keeps the best that differ in
+  // kind.
   void consider(double phi, double kappa) noexcept {
     Found found = best(phi, kappa, count_ > 0 ? found_[0].squared : kInfinity, kRounds);
     for (int i = 0; i < count_; ++i) {  // sorted; takes the place of the first that is worse, and of any worse one of its kind
-      const bool isAlike = std::abs(std::remainder(found.phi - found_[i].phi, 4.0 * kQuarter)) < kAlike &&
+      const bool isAlike = std::abs(std::remainder(found.phi - found_[i].phi, 4.0 * kRightAngle)) < kAlike &&
                            std::abs(found.s.y / found.s.x - found_[i].s.y / found_[i].s.x) < kAlike;
       if (!(found.squared < found_[i].squared)) {
         if (isAlike) return;
@@ -178,8 +179,8 @@ class Search {
     double squared;  // F squared
   };
 
-  // The best pair of directions for a line, infinite where there is none. A fan of them is tried, then some about its best two, for as long as
-  // those come near the least so far.
+  // The best pair of directions for a line, infinite where there is none. A fan of them is tried, then some about its best two, for as long
+  // as those come near the least so far.
   Found best(double phi, double kappa, double least, int rounds) noexcept {
     Found found{phi, kappa, kInfinity, {1.0, 0.0}, {0.0, 1.0}};
     if (!(kappa >= 0.0 && kappa <= kMostKappa)) return found;
@@ -282,7 +283,8 @@ class Search {
     stretch_ = std::sqrt(1.0 / perRatio_);
   }
 
-  // F squared of p + q and p - q, from what a coordinate and an edge come to at a vertex: the terms that the two share, and those that change sign.
+  // F squared of p + q and p - q, from what a coordinate and an edge come to at a vertex: the terms that the two share, and those that
+  // change sign.
   template <class Coordinate, class Edge>
   glm::dvec2 measure(const Coordinate& coordinate, const Edge& edge) const noexcept {
     double least[2] = {kInfinity, kInfinity}, most[2] = {-kInfinity, -kInfinity}, widest[2] = {0.0, 0.0};
@@ -312,14 +314,14 @@ class Search {
   int count_ = 0;
 };
 
-// Lines across the least rectangle's sides, which footprints that a box has cut go by, and across the wedge's bisector or, where the wedge is all
-// around, the projected view direction. The shares of the pixels' ratio are where optima lie.
+// Lines across the least rectangle's sides, which footprints that a box has cut go by, and across the wedge's bisector or, where the wedge
+// is all around, the projected view direction. The shares of the pixels' ratio are where optima lie.
 WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint& footprint, const Served& served, double logRatio,
                       const WarpHint* hint) noexcept {
   Search search(footprint, served);
   search.consider(rectangle, 0.0);
   const Spread spread = findSpread(footprint);
-  const double room = std::max(kQuarter - spread.halfAngle, 0.3);  // how far w may turn and still grow along the wedge
+  const double room = std::max(kRightAngle - spread.halfAngle, 0.3);  // how far w may turn and still grow along the wedge
   const double phiStep = 0.2 * room, kappaStep = 0.08 * logRatio;
   if (hint) {
     search.consider(hint->shape.phi, hint->shape.kappa * logRatio);
@@ -328,7 +330,7 @@ WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint
       return search.shape();
     }
   }
-  for (int side = 0; side < 4; ++side) search.consider(rectangle + side * kQuarter, 0.35 * logRatio);
+  for (int side = 0; side < 4; ++side) search.consider(rectangle + side * kRightAngle, 0.35 * logRatio);
   if (spread.isOneSided) {
     search.consider(angleOf(glm::dvec2(light.lsFromView[2])), 0.55 * logRatio);
     for (const double turn : {-0.4, 0.0, 0.4})
@@ -465,7 +467,8 @@ WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const F
   MapFit warped = fit;
   shapeFit(shape, footprint, served, warped);
   if (!(warped.needed < fit.needed)) return rectangle;
-  // Light nearly along the view brings far points to where w is near 1: a row of w that rounds to more than a share of that would be no map.
+  // Light nearly along the view brings far points to where w is near 1: a row of w that rounds to more than a share of that would be no
+  // map.
   constexpr double kMostLost = 0.125;
   const double slope = std::sqrt(warped.w.x * warped.w.x + warped.w.y * warped.w.y);
   if (!(kFloatRounding * (slope * footprint.reach + std::abs(warped.w.z)) < kMostLost)) return rectangle;

@@ -502,14 +502,14 @@ std::string smallScene() {
 TEST_F(Cli, WalksThroughAFile) {
   const fs::path scene = folder() / "block.glb";
   std::ofstream(scene, std::ios::binary) << smallScene();
-  const Output output = run({"walk", scene, "--out", folder() / "walk"});
+  const Output output = run({"walk", scene, "--out", folder() / "walk", "--steps", "2"});
   ASSERT_EQ(output.code, 0) << output.err;
   EXPECT_EQ(output.out, slurp(folder() / "walk/walk.txt"));
   EXPECT_EQ(output.out.find("nan"), std::string::npos) << output.out;
   for (const char* row :
        {"block ", "zeta ", "splits 0.8", "slices by samples", "maps by samples 1", "both, optimal mean", "splits 0.8, stable"})
     EXPECT_NE(output.out.find(row), std::string::npos) << row;
-  EXPECT_TRUE(fs::exists(folder() / "walk/block-12/shaded.png"));
+  EXPECT_TRUE(fs::exists(folder() / "walk/block-1/shaded.png"));
 }
 
 // A method that needs samples takes them from the view: the same as those that its depths say, and no depth that nothing is at.
@@ -521,9 +521,9 @@ TEST_F(Cli, RendersWithTheViewsOwnSamples) {
   input["camera"]["forward"] = {1.0, -0.2, 0.0};
   input["image"] = {{"width", 160}, {"height", 90}};
   std::ofstream(path) << input;
-  const Output output = run({"render", path, "--method", "sdsm", "--scene", scene, "--out", folder() / "out"});
+  const Output output = run({"render", path, "--method", "sdsm", "--scene", scene, "--out", folder() / "pictures"});
   ASSERT_EQ(output.code, 0) << output.err;
-  const Json result = Json::parse(slurp(folder() / "out/result.json"));
+  const Json result = Json::parse(slurp(folder() / "pictures/result.json"));
   ASSERT_EQ(result["partitions"].size(), 4u);
   const double dip = 0.2 / std::hypot(1.0, 0.2), ahead = 1.0 / std::hypot(1.0, 0.2);
   // The floor at the picture's lower edge, and its far end at x = 20: view depths by hand, to what a pixel spans.

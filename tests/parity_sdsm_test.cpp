@@ -557,10 +557,10 @@ TEST(SdsmReduction, KernelsCompileInEveryDialect) {
 
 // The whole of it on the GPU: two reductions and one invocation, and the buffer is the block that shaders read. Every sample that may be
 // shadowed is found in its partition's map; empty slices are gone; an empty view has none.
-void makeOnTheGpu(const std::string& version) {
+void makeOnTheGpu(const std::string& version, bool isAll) {
   Random random(95);
   int which = 0;
-  for (Frame frame : views()) {
+  for (Frame frame : views(isAll)) {
     frame.shadowMap.depth = kDepthKinds[++which % 3];
     frame.camera.shadowDistance = 60.0;
     constexpr int kWidth = 65, kHeight = 33;
@@ -681,7 +681,7 @@ TEST(SdsmReduction, BlockIsMadeOnTheGpu) {
   for (const bool isEs : {false, true}) {
     const auto context = isEs ? createContext(Backend::egl, 3, 1, Profile::es) : createContext(defaultBackend(), 4, 5);
     gl::load(*context);
-    makeOnTheGpu(isEs ? "310 es" : "450");
+    makeOnTheGpu(isEs ? "310 es" : "450", !isEs);
   }
 }
 

@@ -342,7 +342,12 @@ int main(int argc, char** argv) {
   runCommand->add_option("--method", arguments.method, "the method, as it stands");
   std::vector<std::string> walked;
   std::string walkFolder;
-  CLI::App* walkCommand = app.add_subcommand("walk", "how many maps light-plane rows take along a walk, and what they cost beside splits");
+  CLI::App* walkCommand =
+      app.add_subcommand("walk", "what light-plane rows and samples of the view cost and give along a walk, beside splits");
+  int steps = 96;
+  walkCommand->add_option("--steps", steps, "of the walk; one in 24 is drawn with each method")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
   walkCommand->add_option("scenes", walked, ".glb files; none: the built-in scenes");
   walkCommand->add_option("--out", walkFolder, "folder for pictures and the table")->default_val("out/walk");
   CLI::App* checkCommand = app.add_subcommand("check", "check shaders that use the includes: file, line, cause and what to do");
@@ -361,7 +366,7 @@ int main(int argc, char** argv) {
     else if (renderCommand->parsed())
       code = render(arguments, scene, folder, filter);
     else if (walkCommand->parsed())
-      code = cli::walk(walked, walkFolder);
+      code = cli::walk(walked, walkFolder, steps);
     else if (checkCommand->parsed())
       code = cli::check(checkArguments);
     else

@@ -26,7 +26,7 @@ constexpr int kResolution = 1024, kMost = 8;
 constexpr RowSettings kLetter{.rule = RowRule::fitted, .zeta = 0.25, .sigma = 0.5, .maxRows = 4, .maxColumns = 2};
 constexpr std::array<double, 9> kZetas{0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45};
 constexpr double kDeepest = 1000.0;  // far over near at most
-constexpr int kSteps = 96, kPictureEvery = 24, kBins = 18;  // of 5 degrees
+constexpr int kPictureEvery = 24, kBins = 18;  // of 5 degrees
 
 struct Scene {
   std::string name;
@@ -35,9 +35,8 @@ struct Scene {
 };
 
 // Forward and back, then round on the spot while stepping aside; the light turns once and rises and falls twice.
-Frame frameAt(const Scene& scene, const Box& bounds, int step) {
+Frame frameAt(const Scene& scene, const Box& bounds, double t) {
   constexpr double kTurn = 2.0 * std::numbers::pi;
-  const double t = static_cast<double>(step) / kSteps;
   const Camera& start = scene.start.cam;
   const glm::dvec3 up(0.0, 1.0, 0.0), flat = glm::normalize(glm::dvec3(start.forwardWs.x, 0.0, start.forwardWs.z));
   const double yaw = t < 0.5 ? 0.0 : (2.0 * t - 1.0) * kTurn, stride = 0.1 * (start.far - start.near);
@@ -143,7 +142,8 @@ Scene open(const std::string& file) {
 
 }  // namespace
 
-int walk(const std::vector<std::string>& files, const std::string& folder) {
+int walk(const std::vector<std::string>& files, const std::string& folder, int steps) {
+  const int pictureEvery = std::min(kPictureEvery, steps);
   std::vector<Scene> scenes;
   for (const std::string& file : files) scenes.push_back(open(file));
   if (files.empty())
@@ -168,17 +168,18 @@ int walk(const std::vector<std::string>& files, const std::string& folder) {
     const Box bounds{scene.mesh.min, scene.mesh.max};
     Tally tally;
     const auto solution = std::make_unique<Solution>();
-    for (int step = 0; step < kSteps; ++step) {
-      const Frame frame = frameAt(scene, bounds, step);
+    for (int step = 0; step < steps; ++step) {
+      const Frame frame = frameAt(scene, bounds, static_cast<double>(step) / steps);
       countMaps(frame, *solution, tally);
-      if (step % kPictureEvery == kPictureEvery / 2)
+      if (step % pictureEvery == pictureEvery / 2)
         drawStep(renderer, tracer, frame, folder + "/" + scene.name + "-" + std::to_string(step), tally);
     }
     const auto share = [&](std::size_t which) { return 100.0 * tally.wrong[which] / tally.pictures; };
     table += line("%-12s %6.2f %7.0f%% %9.1f %9.2f %9.2f   %8.2f %8.2f %8.2f %8.2f\n", scene.name.c_str(), tally.maps[4] / tally.steps,
                   100.0 * tally.refused / tally.steps, tally.rowsMs / tally.pictures, tally.rowsMs / tally.splitsMs,
                   tally.rowsMs / tally.sampledMs, share(0), share(1), share(2), share(3));
-    sampled += "\n" + scene.name + ", walked through its middle\n" + walkSamples(renderer, tracer, bounds, scene.start.lightDirectionWs);
+    sampled +=
+        "\n" + scene.name + ", walked through its middle\n" + walkSamples(renderer, tracer, bounds, scene.start.lightDirectionWs, steps);
     for (std::size_t i = 0; i < kZetas.size(); ++i) all.maps[i] += tally.maps[i];
     for (std::size_t i = 0; i < kBins; ++i) all.theta[i] += tally.theta[i];
     all.steps += tally.steps;

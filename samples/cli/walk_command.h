@@ -10,8 +10,8 @@
 
 namespace gnomon::cli {
 
-// Walks through the scenes given (glTF files), or the built-in ones; the table on standard output and in `folder`/walk.txt. Returns 0. Throws
+// Walks through the scenes given (glTF files), or the built-in ones, in so many steps; the table on standard output and in `folder`/walk.txt. Returns 0. Throws
 // Refusal for a file that cannot be used.
-[[nodiscard]] int walk(const std::vector<std::string>& files, const std::string& folder);
+[[nodiscard]] int walk(const std::vector<std::string>& files, const std::string& folder, int steps);
 
 }  // namespace gnomon::cli

@@ -17,9 +17,8 @@
 namespace gnomon::cli {
 namespace {
 
-constexpr int kWidth = 640, kHeight = 360, kResolution = 512, kSteps = 12;
+constexpr int kWidth = 640, kHeight = 360, kResolution = 512;
 constexpr double kNear = 0.1, kFar = 200.0;
-constexpr int kFlickerSteps = 24;
 constexpr double kHysteresis = 0.25;
 constexpr std::uint8_t kNoMap = 255;
 
@@ -71,7 +70,8 @@ double median(std::vector<double> values) {
 }
 
 // What each way's maps say of a walk's frames. Medians over the walk.
-std::string compare(offscreen::Renderer& renderer, const offscreen::Tracer& tracer, const Box& bounds, const glm::dvec3& lightDirectionWs) {
+std::string compare(offscreen::Renderer& renderer, const offscreen::Tracer& tracer, const Box& bounds, const glm::dvec3& lightDirectionWs,
+                    int frames) {
   constexpr FitMode kTight = FitMode::tight;
   const std::vector<Way> ways = {
       splits("splits 0.5", 0.5, kTight, false),
@@ -95,8 +95,8 @@ std::string compare(offscreen::Renderer& renderer, const offscreen::Tracer& trac
   options.width = kWidth;
   options.height = kHeight;
   const auto solution = std::make_unique<Solution>();
-  for (int step = 0; step < kSteps; ++step) {
-    const Frame frame = frameAt(bounds, lightDirectionWs, (step + 0.5) / kSteps);
+  for (int step = 0; step < frames; ++step) {
+    const Frame frame = frameAt(bounds, lightDirectionWs, (step + 0.5) / frames);
     const offscreen::ViewSamples view(renderer, frame, kWidth, kHeight);
     if (!(view.samples.near <= view.samples.far)) continue;
     for (std::size_t i = 0; i < ways.size(); ++i) {
@@ -123,7 +123,8 @@ std::string compare(offscreen::Renderer& renderer, const offscreen::Tracer& trac
 
 // How often the same points change between lit and shadowed while the camera steps and turns a little: the maps are the moving camera's, the
 // points those that a camera at rest sees.
-std::string flicker(offscreen::Renderer& renderer, const offscreen::Tracer& tracer, const Box& bounds, const glm::dvec3& lightDirectionWs) {
+std::string flicker(offscreen::Renderer& renderer, const offscreen::Tracer& tracer, const Box& bounds, const glm::dvec3& lightDirectionWs,
+                    int frames) {
   std::vector<Way> ways = {
       splits("splits 0.8, tight", 0.8, FitMode::tight, false),
       splits("splits 0.8, stable", 0.8, FitMode::stable, false),
@@ -144,8 +145,8 @@ std::string flicker(offscreen::Renderer& renderer, const offscreen::Tracer& trac
   std::vector<double> flips(ways.size());
   std::size_t edges = 0;
   const auto solution = std::make_unique<Solution>();
-  for (int step = 0; step < kFlickerSteps; ++step) {
-    const double t = static_cast<double>(step) / (kFlickerSteps - 1), yaw = 0.05 * std::sin(2.0 * std::numbers::pi * t);
+  for (int step = 0; step < frames; ++step) {
+    const double t = static_cast<double>(step) / (frames - 1), yaw = 0.05 * std::sin(2.0 * std::numbers::pi * t);
     Frame moving = centre;
     const glm::dvec3 forward = glm::normalize(centre.camera.forwardWs), side = glm::cross(forward, centre.camera.upWs);
     moving.camera.positionWs += side * (0.02 * step) - forward * 0.5;
@@ -167,15 +168,16 @@ std::string flicker(offscreen::Renderer& renderer, const offscreen::Tracer& trac
   std::string table = line("%-22s %7s\n", "", "flips of each 100 pixels at a true edge, a frame");
   for (std::size_t i = 0; i < ways.size(); ++i)
     table += line("%-22s %7.2f\n", ways[i].name.c_str(),
-                  100.0 * flips[i] / ((kFlickerSteps - 1) * static_cast<double>(std::max<std::size_t>(edges, 1))));
+                  100.0 * flips[i] / ((frames - 1) * static_cast<double>(std::max<std::size_t>(edges, 1))));
   return table;
 }
 
 }  // namespace
 
 std::string walkSamples(offscreen::Renderer& renderer, const offscreen::Tracer& tracer, const Box& bounds,
-                        const glm::dvec3& lightDirectionWs) {
-  return compare(renderer, tracer, bounds, lightDirectionWs) + flicker(renderer, tracer, bounds, lightDirectionWs);
+                        const glm::dvec3& lightDirectionWs, int steps) {
+  return compare(renderer, tracer, bounds, lightDirectionWs, std::max(steps / 8, 1)) +
+         flicker(renderer, tracer, bounds, lightDirectionWs, std::max(steps / 4, 2));
 }
 
 }  // namespace gnomon::cli

@@ -12,8 +12,9 @@
 
 namespace gnomon::cli {
 
-// Walks along the middle of the mesh that renderer and tracer hold, over its longer side. Returns the table.
+// Walks along the middle of the mesh that renderer and tracer hold, over its longer side: pictures for each eighth of
+// the steps. Returns the table.
 [[nodiscard]] std::string walkSamples(offscreen::Renderer& renderer, const offscreen::Tracer& tracer, const Box& bounds,
-                                      const glm::dvec3& lightDirectionWs);
+                                      const glm::dvec3& lightDirectionWs, int steps);
 
 }  // namespace gnomon::cli

@@ -195,8 +195,8 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   fit.size = texel * texels;
   const glm::dvec2 edge = texel * fit.stretch;
   fit.depthLost = lostOfW / (1.0 - lostOfW);  // stored depth is over w
-  const double room = kFloatRounding * reach + fit.depthLost * (fit.depthFar - fit.depthNear) + region.unevenness +
-                      margin * std::max(edge.x, edge.y);
+  const double room =
+      kFloatRounding * reach + fit.depthLost * (fit.depthFar - fit.depthNear) + region.unevenness + margin * std::max(edge.x, edge.y);
   fit.depthNear -= room;
   fit.depthFar += room;
   const double thickness = fit.depthFar - fit.depthNear, leastThickness = std::min(edge.x, edge.y);

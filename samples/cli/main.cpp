@@ -13,6 +13,7 @@
 #include "case.h"
 #include "check_command.h"
 #include "job.h"
+#include "report_command.h"
 #include "result.h"
 #include "scene.h"
 #include "walk_command.h"
@@ -288,6 +289,9 @@ int main(int argc, char** argv) {
   CLI::App* walkCommand = app.add_subcommand("walk", "how many maps light-plane rows take along a walk, and what they cost beside splits");
   walkCommand->add_option("scenes", walked, ".glb files; none: the built-in scenes");
   walkCommand->add_option("--out", walkFolder, "folder for pictures and the table")->default_val("out/walk");
+  report::ReportArguments reportArguments;
+  CLI::App* reportCommand = app.add_subcommand("report", "speed against error: every method on the same views, as a page, JSON and CSV");
+  reportArguments.addTo(*reportCommand);
   CLI::App* checkCommand = app.add_subcommand("check", "check shaders that use the includes: file, line, cause and what to do");
   cli::CheckArguments checkArguments;
   checkArguments.addTo(*checkCommand);
@@ -303,6 +307,8 @@ int main(int argc, char** argv) {
       code = render(arguments, scene, folder, filter);
     else if (walkCommand->parsed())
       code = cli::walk(walked, walkFolder);
+    else if (reportCommand->parsed())
+      code = report::report(reportArguments);
     else if (checkCommand->parsed())
       code = cli::check(checkArguments);
     else

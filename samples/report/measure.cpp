@@ -226,7 +226,7 @@ Stage::Seen& Stage::look(const Study& study, const View& given, const Effort& ef
   const auto step = [&](const Camera& camera, const glm::dvec3& light, bool isCamera) {
     Seen::Step out;
     out.plain = caseJson(camera, light, bounds_, study, nullptr);
-    const cli::Case input = caseOf(out.plain, {.label = "", .method = "pssm", .settings = {}}, 4.0 * 256.0 * 256.0);
+    const cli::Case input = caseOf(out.plain, {.label = "", .method = "pssm"}, 4.0 * 256.0 * 256.0);
     if (cli::solve(input, input.frame, *solution) != Status::ok)
       throw std::runtime_error(name_ + ": " + cli::refusalText(input, *solution));
     RenderOutput moved;

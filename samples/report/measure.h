@@ -17,7 +17,7 @@
 namespace gnomon::report {
 
 struct Effort {
-  int repetitions = 5;  // timed frames of each variant
+  int repetitions = 3;  // timed frames of each variant
   int steps = 2;  // along each path
 };
 

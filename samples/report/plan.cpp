@@ -11,11 +11,11 @@ constexpr double square(double side) { return side * side; }
 
 std::vector<Variant> sweepRows(bool quick) {
   std::vector<Variant> rows{
-      {.label = "PSSM", .method = "pssm", .settings = {}, .pictured = true},
+      {.label = "PSSM", .method = "pssm", .pictured = true},
       {.label = "PSSM, λ = 0.5", .method = "pssm", .settings = {{"split", "practical"}, {"lambda", 0.5}}},
       {.label = "PSSM, stable", .method = "pssm", .settings = {{"fit", "stable"}}, .pictured = true},
-      {.label = "PSSM, 8 maps", .method = "pssm", .settings = {}, .partitions = 8},
-      {.label = "single", .method = "single", .settings = {}, .partitions = 1},
+      {.label = "PSSM, 8 maps", .method = "pssm", .partitions = 8},
+      {.label = "single", .method = "single", .partitions = 1},
       {.label = "one map", .method = "lloyd", .settings = {{"scheme", "w"}, {"warp", "none"}}, .partitions = 1},
       {.label = "one warped map", .method = "lloyd", .settings = {{"scheme", "w"}, {"warp", "least"}}, .partitions = 1, .pictured = true},
       {.label = "two warped slices", .method = "lloyd", .settings = {{"scheme", "zp+w"}, {"warp", "least"}}, .partitions = 2},
@@ -23,22 +23,22 @@ std::vector<Variant> sweepRows(bool quick) {
       {.label = "faces in rows, 8 maps", .method = "lloyd", .settings = {{"scheme", "fp+zp+w"}, {"warp", "lispsm"}}, .partitions = 8},
       {.label = "best", .method = "lloyd", .settings = {{"scheme", "best"}}, .pictured = true},
       {.label = "best, 8 maps", .method = "lloyd", .settings = {{"scheme", "best"}}, .partitions = 8},
-      {.label = "LSPSM, 8 maps", .method = "lspsm", .settings = {}, .partitions = 8, .pictured = true},
+      {.label = "LSPSM, 8 maps", .method = "lspsm", .partitions = 8, .pictured = true},
       {.label = "LSPSM by error, 8 maps", .method = "lspsm", .settings = {{"rows", "error"}, {"warp", "least"}}, .partitions = 8},
-      {.label = "SDSM", .method = "sdsm", .settings = {}, .samples = true},
+      {.label = "SDSM", .method = "sdsm", .samples = true},
       {.label = "SDSM, optimal",
        .method = "sdsm",
        .settings = {{"scheme", "optimal"}, {"norm", "mean"}},
        .samples = true,
        .pictured = true},
-      {.label = "auto", .method = "auto", .settings = {}, .partitions = 8, .pictured = true},
+      {.label = "auto", .method = "auto", .partitions = 8, .pictured = true},
   };
   if (quick) std::erase_if(rows, [](const Variant& row) { return !row.pictured && row.label != "one map"; });
   return rows;
 }
 
 Variant slices(const char* label, int maps, double side) {
-  return {.label = label, .method = "pssm", .settings = {}, .partitions = maps, .texels = maps * square(side)};
+  return {.label = label, .method = "pssm", .partitions = maps, .texels = maps * square(side)};
 }
 
 Variant single(const char* label, const char* warp, double side) {
@@ -82,11 +82,11 @@ std::vector<Study> studies(const std::vector<std::string>& methods, bool quick) 
                                  .method = "lloyd",
                                  .settings = {{"scheme", "zp+w"}, {"warp", "lispsm"}},
                                  .texels = square(2048.0)}}});
-    all.push_back({.name = "lauritzen-frame-time",
-                   .title = "[Lauritzen 2010] frame times",
-                   .allViews = false,
-                   .variants = {slices("PSSM", 4, 1024.0),
-                                {.label = "SDSM", .method = "sdsm", .settings = {}, .texels = 4.0 * square(1024.0), .samples = true}}});
+    all.push_back(
+        {.name = "lauritzen-frame-time",
+         .title = "[Lauritzen 2010] frame times",
+         .allViews = false,
+         .variants = {slices("PSSM", 4, 1024.0), {.label = "SDSM", .method = "sdsm", .texels = 4.0 * square(1024.0), .samples = true}}});
     all.push_back({.name = "tang-table-1",
                    .title = "[Tang 2017] Table 1",
                    .width = 720,
@@ -100,7 +100,7 @@ std::vector<Study> studies(const std::vector<std::string>& methods, bool quick) 
                                  .texels = 8.0 * square(1024.0)},
                                 {.label = "SDSM, 8 slices",
                                  .method = "sdsm",
-                                 .settings = {},
+
                                  .partitions = 8,
                                  .texels = 8.0 * square(1024.0),
                                  .samples = true}}});

@@ -15,7 +15,7 @@ namespace gnomon::report {
 struct Variant {
   std::string label;  // unique in its study
   std::string method;
-  cli::Json settings = {};  // of the method, as a case has them
+  cli::Json settings = cli::Json::object();  // of the method, as a case has them
   int partitions = 4;
   double texels = 0.0;  // of all maps; 0: the group's budget
   bool samples = false;  // told what the view samples: sdsm; any other method is cut by them too

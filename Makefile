@@ -1,6 +1,7 @@
 # make run [SCENE=file.glb]   set up, build, render and judge the scenes: pictures under out/, a table on the terminal
 # make test                   set up, build, run every test
 # make figures                the figures of [Lloyd 2006] from this solver's matrices: tables and drawings under out/figures/
+# make report [QUICK=1]       speed against error of every method on the same views: out/report/report.html, .json, .csv
 # make asan                   every test again, under the address and undefined-behaviour sanitizers
 # make docs                   headers and shaders as HTML: build/docs/html/index.html
 # make setup | build | bench | cost | lint | clean
@@ -9,7 +10,7 @@ SCENE ?=
 JOBS ?= $(shell nproc)
 GNOMON_EXTRA_DATA ?=
 
-.PHONY: run setup configure build test figures setup-docs asan bench cost docs lint clean
+.PHONY: run setup configure build test report figures setup-docs asan bench cost docs lint clean
 
 run: build
 	build/gnomon run $(if $(SCENE),"$(SCENE)") --out out
@@ -31,6 +32,13 @@ SPONZA = $(GNOMON_EXTRA_DATA)/scenes/sponza/sponza.glb
 figures: build
 	build/gnomon_figures out/figures $(wildcard $(SPONZA))
 	gnuplot -e "folder='out/figures'" samples/figures/plot.gp
+
+BUILT_IN = colonnade,relief,city,hall
+empty :=
+comma := ,
+report: build
+	build/gnomon report $(if $(QUICK),--quick) --out out/report \
+	  $(if $(GNOMON_EXTRA_DATA),--scenes $(subst $(empty) ,$(comma),$(BUILT_IN) $(wildcard $(GNOMON_EXTRA_DATA)/scenes/*/*.glb)))
 
 asan: setup
 	cmake --preset asan -DGNOMON_EXTRA_DATA="$(GNOMON_EXTRA_DATA)"

@@ -304,6 +304,8 @@ std::vector<Json> Stage::measure(const Study& study, const View& view, double te
     const bool isPictured = study.isPath && variant.pictured && shots;
     const offscreen::Picture picture =
         offscreen::judgePicture(renderer_.render(frame, solution, optionsWith(isPictured)), seen.camera[0].truth, frame, solution);
+    job.shadowMs.push_back(picture.image.shadowMs);  // in turn, too: the first repetition
+    job.frameMs.push_back(picture.image.frameMs);
     const offscreen::WrongPixels& wrong = picture.wrong;
     std::size_t unserved = 0;
     for (std::size_t i = 0; i < picture.counted.size(); ++i) unserved += picture.counted[i] && picture.image.index[i] == 255;
@@ -372,7 +374,7 @@ std::vector<Json> Stage::measure(const Study& study, const View& view, double te
     jobs.push_back(std::move(job));
   }
 
-  for (int repetition = 0; repetition < effort.repetitions; ++repetition)
+  for (int repetition = 1; repetition < effort.repetitions; ++repetition)
     for (Job& job : jobs) {
       if (job.solution->status != Status::ok) continue;
       const RenderOutput image = renderer_.render(job.input.frame, *job.solution, optionsWith(false));

@@ -149,6 +149,7 @@ struct Column {
 };
 constexpr Column kColumns[] = {
     {"frame", "frame time over the first row's", [](const Row& row) { return number(row.frame); }},
+    {"shadow passes", "their time over the first row's", [](const Row& row) { return number(row.shadow); }},
     {"wrong", "wrong pixels over the first row's", [](const Row& row) { return number(row.wrong); }},
     {"wrong, %", "of the pixels that face the light", [](const Row& row) { return number(100.0 * row.wrongShare); }},
     {"from edge", "mean distance of wrong pixels from the true edge, pixels", [](const Row& row) { return number(row.distance); }},
@@ -297,7 +298,7 @@ th, td { padding: 3px 11px 3px 0; text-align: right; white-space: nowrap; } th:f
 thead th { border-bottom: 1px solid #9aa1a9; font-weight: 600; } tbody th { font-weight: 400; } tbody tr:hover { background: #f6f8fa; }
 .shots { display: grid; grid-template-columns: repeat(auto-fill, minmax(300px, 1fr)); gap: 14px; margin: 14px 0; }
 .shots img { width: 100%; display: block; image-rendering: pixelated; } .shots .whole img { image-rendering: auto; height: auto; }
-figcaption { font-size: 13px; display: flex; justify-content: space-between; padding: 3px 0; } figcaption span { color: #57606a; }
+figcaption { font-size: 13px; display: flex; justify-content: space-between; padding: 3px 0; } figcaption b { font-weight: 400; } figcaption span { color: #57606a; }
 details { margin: 10px 0; } summary { cursor: pointer; font-size: 13px; } code { font-size: 11px; } .all { font-size: 12px; display: block; overflow-x: auto; }
 @media print { body { max-width: none; padding: 0; font-size: 11px; } nav, details { display: none; } h2 { break-after: avoid; } .panel, .shots figure, tr { break-inside: avoid; }
   .panels { grid-template-columns: 1fr 1fr; } .shots { grid-template-columns: repeat(3, 1fr); } * { print-color-adjust: exact; -webkit-print-color-adjust: exact; } }

@@ -43,11 +43,17 @@ struct Axis {
   }
   [[nodiscard]] double at(double value) const { return from + (std::log10(value) - low) / (high - low) * (to - from); }
   [[nodiscard]] std::vector<double> ticks() const {
+    std::vector<double> out;
+    if (high - low < 0.75) {  // too short for powers of ten: even steps of 1, 2 or 5
+      const double least = std::pow(10.0, low), most = std::pow(10.0, high), rough = (most - least) / 6.0,
+                   power = std::pow(10.0, std::floor(std::log10(rough)));
+      const double step = power * (rough / power <= 1.0 ? 1.0 : rough / power <= 2.0 ? 2.0 : rough / power <= 5.0 ? 5.0 : 10.0);
+      for (double i = std::ceil(least / step); i * step <= most; i += 1.0) out.push_back(i * step);
+      return out;
+    }
     const std::vector<double> steps = high - low > 3.5   ? std::vector<double>{1.0}
                                       : high - low > 1.6 ? std::vector<double>{1.0, 3.0}
-                                      : high - low > 0.6 ? std::vector<double>{1.0, 2.0, 5.0}
-                                                         : std::vector<double>{1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0};
-    std::vector<double> out;
+                                                         : std::vector<double>{1.0, 2.0, 5.0};
     for (int decade = static_cast<int>(std::floor(low)); decade <= static_cast<int>(std::ceil(high)); ++decade)
       for (const double step : steps)
         if (const double value = step * std::pow(10.0, decade); std::log10(value) >= low && std::log10(value) <= high) out.push_back(value);
@@ -155,6 +161,14 @@ std::string svgOf(const Plot& plot) {
       return x < other.x + other.width && other.x < x + width && std::abs(y - other.y) < 12.0;
     }
   };
+  std::vector<std::pair<double, double>> obstacles;  // marks, and the stairs every few pixels
+  for (const Point& point : points) obstacles.emplace_back(x.at(point.x), y.at(point.y));
+  for (std::size_t i = 1; i < front.size(); ++i) {
+    const double x0 = x.at(points[front[i - 1]].x), y0 = y.at(points[front[i - 1]].y), x1 = x.at(points[front[i]].x),
+                 y1 = y.at(points[front[i]].y);
+    for (double at = x0; at < x1; at += 6.0) obstacles.emplace_back(at, y0);
+    for (double at = y0; at < y1; at += 6.0) obstacles.emplace_back(x1, at);
+  }
   std::vector<Box> taken;
   std::vector<std::string> named;
   for (const std::size_t i : front) {
@@ -174,16 +188,13 @@ std::string svgOf(const Plot& plot) {
                                                                                  {-8.0 - width, 16.0},
                                                                                  {-width / 2, -10.0},
                                                                                  {-width / 2, 19.0},
-                                                                                 {8.0, -20.0},
-                                                                                 {8.0, 28.0}}) {
+                                                                                 {6.0, -20.0},
+                                                                                 {-6.0 - width, 28.0}}) {
       const Box box{px + dx, py + dy, width};
       if (box.x < x.from + 2.0 || box.x + width > x.to + right || box.y < top + 4.0 || box.y > y.from - 3.0) continue;
       int cost = 0;
       for (const Box& other : taken) cost += box.meets(other) ? 20 : 0;
-      for (const Point& other : points) {
-        const double ox = x.at(other.x), oy = y.at(other.y);
-        cost += ox > box.x - 5.0 && ox < box.x + width + 5.0 && oy > box.y - 14.0 && oy < box.y + 5.0;
-      }
+      for (const auto& [ox, oy] : obstacles) cost += ox > box.x - 5.0 && ox < box.x + width + 5.0 && oy > box.y - 14.0 && oy < box.y + 5.0;
       if (cost < least) {
         least = cost;
         best = box;

@@ -47,8 +47,8 @@ std::string keyText(const Json& record) { return record["key"].dump(); }
 void readRecords(const std::string& path, Records& records) {
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
-    Json record = Json::parse(line, nullptr, false);
-    if (record.is_object() && record.contains("key")) records[keyText(record)] = std::move(record);
+    const Json record = Json::parse(line, nullptr, false);
+    if (record.is_object() && record.contains("key")) records.insert_or_assign(keyText(record), record);
   }
 }
 

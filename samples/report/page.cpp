@@ -196,6 +196,37 @@ std::string claimsHtml(const Records& records) {
   return out;
 }
 
+// Other systems' cascades, as gnomon_peers left them; where they beat ours comes first.
+std::string peersHtml(const std::string& folder) {
+  std::ifstream file(folder + "/peers.json");
+  const Json peers = Json::parse(file, nullptr, false);
+  if (!peers.is_object()) return "";
+  std::string out =
+      "<h2 id=\"peers\">Real systems beside it</h2>\n<p>Their own code, headless, on the built-in scenes' whole views, four maps of 1024 × "
+      "1024; their matrices sampled by the measure "
+      "that ours are sampled by.</p>\n";
+  if (peers["lost"].empty())
+    out += "<p>None of them needs fewer texels than ours with any settings.</p>\n";
+  else {
+    out +=
+        "<p>Where ours lose:</p>\n<table><thead><tr><th>case</th><th>system</th><th>its needed/limit</th><th>ahead "
+        "of</th></tr></thead><tbody>\n";
+    for (const Json& lost : peers["lost"])
+      out += "<tr><th>" + escaped(lost["case"]) + "</th><td>" +
+             escaped(lost["system"].get<std::string>() + ", " + lost["settings"].get<std::string>()) + "</td><td>" +
+             number(lost["needed_over_limit"]) + "</td><td>" + escaped(lost["ours"]) + "</td></tr>\n";
+    out += "</tbody></table>\n";
+  }
+  out +=
+      "<table><thead><tr><th>system</th><th>settings</th><th>needed/limit</th><th>cases with points outside</th><th>solve, "
+      "µs</th></tr></thead><tbody>\n";
+  for (const Json& row : peers["rows"])
+    out += "<tr><th>" + escaped(row["system"]) + "</th><td>" + escaped(row["settings"]) + "</td><td>" + number(row["needed_over_limit"]) +
+           "</td><td>" + text("%d of %d", row["uncovered_cases"].get<int>(), row["cases"].get<int>()) + "</td><td>" +
+           number(row["solve_us"]) + "</td></tr>\n";
+  return out + "</tbody></table>\n";
+}
+
 std::string correlationHtml(const std::vector<Correlation>& all) {
   std::vector<double> visible, edges;
   std::vector<std::string> scenes;

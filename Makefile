@@ -2,6 +2,7 @@
 # make test                   set up, build, run every test
 # make figures                the figures of [Lloyd 2006] from this solver's matrices: tables and drawings under out/figures/
 # make report [QUICK=1]       speed against error of every method on the same views: out/report/report.html, .json, .csv
+# make peers                  three.js, Babylon.js and OGRE on the same views, judged alike (a set-up of its own); the next report shows them
 # make asan                   every test again, under the address and undefined-behaviour sanitizers
 # make docs                   headers and shaders as HTML: build/docs/html/index.html
 # make setup | build | bench | cost | lint | clean
@@ -10,7 +11,7 @@ SCENE ?=
 JOBS ?= $(shell nproc)
 GNOMON_EXTRA_DATA ?=
 
-.PHONY: run setup configure build test report figures setup-docs asan bench cost docs lint clean
+.PHONY: run setup configure build test report peers figures setup-docs asan bench cost docs lint clean
 
 run: build
 	build/gnomon run $(if $(SCENE),"$(SCENE)") --out out
@@ -39,6 +40,15 @@ comma := ,
 report: build
 	build/gnomon report $(if $(QUICK),--quick) --out out/report \
 	  $(if $(GNOMON_EXTRA_DATA),--scenes $(subst $(empty) ,$(comma),$(BUILT_IN) $(wildcard $(GNOMON_EXTRA_DATA)/scenes/*/*.glb)))
+
+peers: build
+	@.ci/setup peers
+	npm install --silent --no-fund --prefix build/peers three@0.187 @babylonjs/core@9.35
+	cp samples/peers/*.mjs build/peers/
+	$(CXX) -std=c++17 -O2 samples/peers/ogre.cpp $$(pkg-config --cflags --libs OGRE) -o build/peers/ogre
+	build/gnomon_peers cases build/peers/cases
+	cd build/peers && node three.mjs cases/*.json >three.jsonl && node babylon.mjs cases/*.json >babylon.jsonl && ./ogre cases/*.json >ogre.jsonl
+	cd build/peers && ../gnomon_peers judge ../../out/report cases/*.json -- three.jsonl babylon.jsonl ogre.jsonl
 
 asan: setup
 	cmake --preset asan -DGNOMON_EXTRA_DATA="$(GNOMON_EXTRA_DATA)"

@@ -506,6 +506,7 @@ std::string pageOf(const Records& records, const std::string& folder) {
   }
 
   out += "<h2 id=\"prediction\">Does the prediction rank methods?</h2>\n" + correlationHtml(correlations(records));
+  out += peersHtml(folder);
   out +=
       "<h2 id=\"papers\">The papers' claims, measured</h2>\n<p>Frame times are ratios to the first row of each table; the numbers are "
       "means over the scenes.</p>\n" +

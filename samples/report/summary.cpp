@@ -88,6 +88,7 @@ double spearman(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 double median(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return !std::isfinite(v); });
   if (values.empty()) return std::nan("");
   std::sort(values.begin(), values.end());
   const std::size_t half = values.size() / 2;
@@ -170,6 +171,7 @@ std::vector<Correlation> correlations(const Records& records) {
           ++sum.views;
         }
       }
+      if (sums.empty()) continue;
       std::size_t most = 0;
       for (const Sum& sum : sums) most = std::max(most, sum.views);
       std::vector<double> mean, edges, near;

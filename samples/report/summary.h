@@ -50,6 +50,7 @@ struct Correlation {
 };
 [[nodiscard]] std::vector<Correlation> correlations(const Records& records);
 
+// Of the finite ones; NaN where there are none.
 [[nodiscard]] double median(std::vector<double> values);
 
 }  // namespace gnomon::report

@@ -304,8 +304,6 @@ std::vector<Json> Stage::measure(const Study& study, const View& view, double te
     const bool isPictured = study.isPath && variant.pictured && shots;
     const offscreen::Picture picture =
         offscreen::judgePicture(renderer_.render(frame, solution, optionsWith(isPictured)), seen.camera[0].truth, frame, solution);
-    job.shadowMs.push_back(picture.image.shadowMs);  // in turn, too: the first repetition
-    job.frameMs.push_back(picture.image.frameMs);
     const offscreen::WrongPixels& wrong = picture.wrong;
     std::size_t unserved = 0;
     for (std::size_t i = 0; i < picture.counted.size(); ++i) unserved += picture.counted[i] && picture.image.index[i] == 255;
@@ -374,8 +372,12 @@ std::vector<Json> Stage::measure(const Study& study, const View& view, double te
     jobs.push_back(std::move(job));
   }
 
-  for (int repetition = 1; repetition < effort.repetitions; ++repetition)
-    for (Job& job : jobs) {
+  // Forward and back by turns, and each time from another one on: none is always first, or always after the same one.
+  const std::size_t count = jobs.size();
+  for (std::size_t repetition = 0; repetition < static_cast<std::size_t>(effort.repetitions); ++repetition)
+    for (std::size_t turn = 0; turn < count; ++turn) {
+      const std::size_t place = (turn + repetition * count / static_cast<std::size_t>(effort.repetitions)) % count;
+      Job& job = jobs[repetition % 2 == 0 ? place : count - 1 - place];
       if (job.solution->status != Status::ok) continue;
       const RenderOutput image = renderer_.render(job.input.frame, *job.solution, optionsWith(false));
       job.shadowMs.push_back(image.shadowMs);

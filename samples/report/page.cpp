@@ -271,13 +271,15 @@ std::string picturesHtml(const std::vector<const Json*>& records, const Marks& m
     return uri.empty() ? "" : "<img alt=\"" + escaped(alt) + "\" src=\"" + uri + "\">";
   };
   for (const Json* record : records) {
-    const auto label = (*record)["key"]["label"].get<std::string>();
+    const Json &key = (*record)["key"], &first = (*records.front())["key"];
+    if (key["camera"] != first["camera"] || key["light"] != first["light"]) continue;  // one view says it
+    const auto label = key["label"].get<std::string>();
     if (record->contains("whole") && whole.empty()) whole = image((*record)["whole"], "The whole view, drawn with " + label);
     if (!record->contains("shots")) continue;
     const std::string grid = image((*record)["shots"][0], label + ": partitions tinted, texel borders drawn");
     if (grid.empty()) continue;
-    shots += "<figure>" + grid + image((*record)["shots"][1], label + ": difference from ray tracing") + "<figcaption>" +
-             marks.swatch(label) + "<span>" + number(100.0 * value(*record, "wrong_share")) + " % wrong, predicted " +
+    shots += "<figure>" + grid + image((*record)["shots"][1], label + ": difference from ray tracing") + "<figcaption><b>" +
+             marks.swatch(label) + "</b><span>" + number(100.0 * value(*record, "wrong_share")) + " % wrong, predicted " +
              number(value(*record, "mean_error")) + "</span></figcaption></figure>\n";
   }
   if (shots.empty()) return out;

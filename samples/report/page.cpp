@@ -36,7 +36,7 @@ std::string number(double value) {
   if (size >= 1e6) return text("%.2f M", value / 1e6);
   if (size >= 100.0) return text("%.0f", value);
   if (size >= 10.0) return text("%.1f", value);
-  if (size >= 1.0 || size == 0.0) return text("%.2f", value);
+  if (size >= 0.1 || size == 0.0) return text("%.2f", value);
   return text("%.2g", value);
 }
 
@@ -466,7 +466,9 @@ std::string pageOf(const Records& records, const std::string& folder) {
   std::string out = kHead;
   out += "<h1>Speed against error</h1>\n<nav aria-label=\"Sections\"><a href=\"#summary\">Summary</a>";
   for (const Json& scene : scenes) out += "<a href=\"#" + escaped(titleOf(scene)) + "\">" + escaped(titleOf(scene)) + "</a>";
-  out += "<a href=\"#prediction\">Prediction</a><a href=\"#papers\">The papers</a><a href=\"#how\">How it was measured</a></nav>\n";
+  const std::string peers = peersHtml(folder);
+  out += "<a href=\"#prediction\">Prediction</a>" + std::string(peers.empty() ? "" : "<a href=\"#peers\">Real systems</a>") +
+         "<a href=\"#papers\">The papers</a><a href=\"#how\">How it was measured</a></nav>\n";
 
   out += "<h2 id=\"summary\">Summary</h2>\n<div class=\"summary\">" + figure(summaryPlot(rows, marks, baselineOf(rows))) + "</div>\n" +
          marks.legend();
@@ -508,7 +510,7 @@ std::string pageOf(const Records& records, const std::string& folder) {
   }
 
   out += "<h2 id=\"prediction\">Does the prediction rank methods?</h2>\n" + correlationHtml(correlations(records));
-  out += peersHtml(folder);
+  out += peers;
   out +=
       "<h2 id=\"papers\">The papers' claims, measured</h2>\n<p>Frame times are ratios to the first row of each table; the numbers are "
       "means over the scenes.</p>\n" +

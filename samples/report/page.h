@@ -1,6 +1,6 @@
 // page: a report's records as one HTML page that needs nothing beside it, a summary for a README, and a table for programs.
 //
-// Test: tests/report_test.cpp, tests/report_page.mjs
+// Test: tests/report_test.cpp
 #pragma once
 
 #include <string>

@@ -1,6 +1,8 @@
 # make run [SCENE=file.glb]   set up, build, render and judge the scenes: pictures under out/, a table on the terminal
 # make test                   set up, build, run every test
 # make figures                the figures of [Lloyd 2006] from this solver's matrices: tables and drawings under out/figures/
+# make report [QUICK=1]       speed against error of every method on the same views: out/report/report.html, .json, .csv
+# make peers                  three.js, Babylon.js and OGRE on the same views, judged alike (a set-up of its own); the next report shows them
 # make asan                   every test again, under the address and undefined-behaviour sanitizers
 # make fuzz [TIME=60]         the fuzz targets, TIME seconds each: solve, case, glb, check (FUZZ="solve case" for some)
 # make soak [CASES=1000000]   random and adversarial cases of every method
@@ -15,7 +17,7 @@ FUZZ ?= solve case glb check
 CASES ?= 1000000
 GNOMON_EXTRA_DATA ?=
 
-.PHONY: run setup configure build test figures setup-docs asan fuzz soak faults bench cost docs lint clean
+.PHONY: run setup configure build test report peers figures setup-docs asan fuzz soak faults bench cost docs lint clean
 
 run: build
 	build/gnomon run $(if $(SCENE),"$(SCENE)") --out out
@@ -37,6 +39,22 @@ SPONZA = $(GNOMON_EXTRA_DATA)/scenes/sponza/sponza.glb
 figures: build
 	build/gnomon_figures out/figures $(wildcard $(SPONZA))
 	gnuplot -e "folder='out/figures'" samples/figures/plot.gp
+
+BUILT_IN = colonnade,relief,city,hall
+empty :=
+comma := ,
+report: build
+	build/gnomon report $(if $(QUICK),--quick) --out out/report \
+	  $(if $(GNOMON_EXTRA_DATA),--scenes $(subst $(empty) ,$(comma),$(BUILT_IN) $(wildcard $(GNOMON_EXTRA_DATA)/scenes/*/*.glb)))
+
+peers: build
+	@.ci/setup peers
+	npm install --silent --no-fund --prefix build/peers three@0.187 @babylonjs/core@9.35
+	cp samples/peers/*.mjs build/peers/
+	$(CXX) -std=c++17 -O2 samples/peers/ogre.cpp $$(pkg-config --cflags --libs OGRE) -o build/peers/ogre
+	build/gnomon_peers cases build/peers/cases
+	cd build/peers && node three.mjs cases/*.json >three.jsonl && node babylon.mjs cases/*.json >babylon.jsonl && ./ogre cases/*.json >ogre.jsonl
+	cd build/peers && ../gnomon_peers judge ../../out/report cases/*.json -- three.jsonl babylon.jsonl ogre.jsonl
 
 asan: setup
 	cmake --preset asan -DGNOMON_EXTRA_DATA="$(GNOMON_EXTRA_DATA)"

@@ -48,6 +48,14 @@ TEST(WrongTest, RefusesPicturesOfDifferentSizes) {
   EXPECT_NO_THROW((void)countWrong(2, 2, four, four, four));
 }
 
+TEST(WrongTest, MeanDistanceIsFromTheNearestEdge) {
+  // The edge runs between columns 2 and 3; wrong: one pixel beside it, one three columns off, one in the far corner.
+  const WrongPixels wrong = judge({"..#.###", "......#", "#..####"}, {"...####", "...####", "...####"});
+  EXPECT_EQ(wrong.wrong, 6u);
+  EXPECT_DOUBLE_EQ(wrong.meanDistance, (0 + 0 + 0 + 1 + 2 + 2) / 6.0);
+  EXPECT_EQ(judge({"#.."}, {"..."}).meanDistance, 0.0);  // no edge to be away from
+}
+
 TEST(WrongTest, CountedPixelsFaceTheLight) {
   // Light straight down; normals at a cosine just under and just over 0.02, of length 2, one turned away, and one where there is nothing.
   const auto leaning = [](double cosine) {

@@ -13,6 +13,7 @@
 #include "case.h"
 #include "check_command.h"
 #include "job.h"
+#include "report_command.h"
 #include "result.h"
 #include "scene.h"
 #include "walk_command.h"
@@ -350,6 +351,9 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   walkCommand->add_option("scenes", walked, ".glb files; none: the built-in scenes");
   walkCommand->add_option("--out", walkFolder, "folder for pictures and the table")->default_val("out/walk");
+  report::ReportArguments reportArguments;
+  CLI::App* reportCommand = app.add_subcommand("report", "speed against error: every method on the same views, as a page, JSON and CSV");
+  reportArguments.addTo(*reportCommand);
   CLI::App* checkCommand = app.add_subcommand("check", "check shaders that use the includes: file, line, cause and what to do");
   cli::CheckArguments checkArguments;
   checkArguments.addTo(*checkCommand);
@@ -367,6 +371,8 @@ int main(int argc, char** argv) {
       code = render(arguments, scene, folder, filter);
     else if (walkCommand->parsed())
       code = cli::walk(walked, walkFolder, steps);
+    else if (reportCommand->parsed())
+      code = report::report(reportArguments);
     else if (checkCommand->parsed())
       code = cli::check(checkArguments);
     else

@@ -14,21 +14,31 @@ ViewSamples::ViewSamples(Renderer& renderer, const Frame& frame, int width, int 
     throw std::runtime_error(std::string(statusField(status)) + ": " + statusRule(status));
 }
 
-Picture makePicture(Renderer& renderer, const Tracer& tracer, const Frame& frame, const Solution& solution, const RenderOptions& options) {
-  Picture picture;
-  picture.image = renderer.render(frame, solution, options);
-  const RenderOutput& image = picture.image;
+std::vector<std::uint8_t> traceTruth(const Tracer& tracer, const Frame& frame, const Solution& solution, const RenderOutput& image) {
   std::vector<std::uint8_t> present(image.lit.size());
   std::transform(image.lit.begin(), image.lit.end(), present.begin(),
                  [](std::uint8_t lit) { return static_cast<std::uint8_t>(lit != kNothing); });
-  picture.truth = tracer.lit(image.position, image.normal, present, solution.originWs, frame.camera.forwardWs, frame.camera.positionWs,
-                             frame.light.directionWs);
-  picture.counted = countedPixels(picture.truth, image.normal, frame.light.directionWs);
-  picture.wrong = countWrong(image.width, image.height, image.lit, picture.truth, picture.counted);
-  picture.predicted = predictedError(frame, solution, image.position, image.index, picture.counted);
+  return tracer.lit(image.position, image.normal, present, solution.originWs, frame.camera.forwardWs, frame.camera.positionWs,
+                    frame.light.directionWs);
+}
+
+Picture judgePicture(RenderOutput image, std::vector<std::uint8_t> truth, const Frame& frame, const Solution& solution) {
+  Picture picture;
+  picture.image = std::move(image);
+  picture.truth = std::move(truth);
+  const RenderOutput& drawn = picture.image;
+  picture.counted = countedPixels(picture.truth, drawn.normal, frame.light.directionWs);
+  picture.wrong = countWrong(drawn.width, drawn.height, drawn.lit, picture.truth, picture.counted);
+  picture.predicted = predictedError(frame, solution, drawn.position, drawn.index, picture.counted);
   picture.predictedAtEdges =
-      predictedError(frame, solution, image.position, image.index, edgePixels(image.width, image.height, picture.truth, picture.counted));
+      predictedError(frame, solution, drawn.position, drawn.index, edgePixels(drawn.width, drawn.height, picture.truth, picture.counted));
   return picture;
+}
+
+Picture makePicture(Renderer& renderer, const Tracer& tracer, const Frame& frame, const Solution& solution, const RenderOptions& options) {
+  RenderOutput image = renderer.render(frame, solution, options);
+  std::vector<std::uint8_t> truth = traceTruth(tracer, frame, solution, image);
+  return judgePicture(std::move(image), std::move(truth), frame, solution);
 }
 
 void writePictures(const Picture& picture, const std::string& folder) {

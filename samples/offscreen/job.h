@@ -36,6 +36,13 @@ struct Picture {
   PredictedError predictedAtEdges;  // over those that touch a true shadow edge: the only ones where a texel's width shows
 };
 
+// What should be seen of a drawn view: a ray for each of its points.
+[[nodiscard]] std::vector<std::uint8_t> traceTruth(const Tracer& tracer, const Frame& frame, const Solution& solution,
+                                                   const RenderOutput& image);
+
+// Judges a drawn view against a truth that holds for any solution of the same view and light.
+[[nodiscard]] Picture judgePicture(RenderOutput image, std::vector<std::uint8_t> truth, const Frame& frame, const Solution& solution);
+
 // Draws and judges one view of the mesh that renderer and tracer hold. Throws std::runtime_error.
 [[nodiscard]] Picture makePicture(Renderer& renderer, const Tracer& tracer, const Frame& frame, const Solution& solution,
                                   const RenderOptions& options);

@@ -39,12 +39,32 @@ void writeNpyFile(const std::string& path, const char* type, const std::string& 
   if (!file) fail(path, "cannot be written");
 }
 
+// stb's writer.
+void append(void* out, void* data, int size) {
+  const auto* bytes = static_cast<const std::uint8_t*>(data);
+  static_cast<std::vector<std::uint8_t>*>(out)->insert(static_cast<std::vector<std::uint8_t>*>(out)->end(), bytes, bytes + size);
+}
+
 }  // namespace
 
 void writePng(const std::string& path, int width, int height, int channels, std::span<const std::uint8_t> pixels) {
   if (channels < 1 || channels > 4) fail(path, "channels must be 1 to 4");
   checkSize(path, width, height, channels, pixels.size());
   if (stbi_write_png(path.c_str(), width, height, channels, pixels.data(), width * channels) == 0) fail(path, "cannot be written");
+}
+
+std::vector<std::uint8_t> encodePng(int width, int height, int channels, std::span<const std::uint8_t> pixels) {
+  checkSize("png", width, height, channels, pixels.size());
+  std::vector<std::uint8_t> out;
+  if (stbi_write_png_to_func(append, &out, width, height, channels, pixels.data(), width * channels) == 0) fail("png", "cannot be made");
+  return out;
+}
+
+std::vector<std::uint8_t> encodeJpeg(int width, int height, std::span<const std::uint8_t> pixels, int quality) {
+  checkSize("jpeg", width, height, 3, pixels.size());
+  std::vector<std::uint8_t> out;
+  if (stbi_write_jpg_to_func(append, &out, width, height, 3, pixels.data(), quality) == 0) fail("jpeg", "cannot be made");
+  return out;
 }
 
 void writeNpy(const std::string& path, int width, int height, std::span<const float> values) {

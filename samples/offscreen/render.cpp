@@ -281,7 +281,7 @@ void pictureOfMaps(const Solution& solution, bool isReversed, const Texture& map
     }
 }
 
-// Lambert under a warm sun and a sky that is brighter above; a sky where nothing is.
+// Numbers, and where there is room for them pictures: Lambert under a warm sun and a sky that is brighter above; a sky where nothing is.
 void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<float>& position, const std::vector<float>& normal,
            const std::vector<float>& tint, RenderOutput& out) {
   const double brightness = glm::length(frame.light.directionWs);  // a refused light has none, and lights nothing
@@ -309,6 +309,7 @@ void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<flo
           out.position[3 * target + c] = p[c];
           out.normal[3 * target + c] = n[c];
         }
+        if (out.shaded.empty()) continue;
         const glm::dvec3 at(p[0], p[1], p[2]), facing(n[0], n[1], n[2]);
         const glm::dvec3 ambient = glm::mix(ground, zenith, 0.5 + 0.5 * facing.y);
         colour = 0.78 * (0.75 * ambient + 0.85 * sun * (std::max(glm::dot(facing, towardsLight), 0.0) * static_cast<double>(p[3])));
@@ -317,7 +318,7 @@ void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<flo
         const double distance = std::isfinite(far) ? glm::dot(at - eye, forward) / far : 0.0;
         colour = glm::mix(colour, haze, 0.35 * std::clamp(distance * distance, 0.0, 1.0));
       }
-      for (int c = 0; c < 3; ++c) {
+      for (int c = 0; c < 3 && !out.shaded.empty(); ++c) {
         out.shaded[3 * target + static_cast<std::size_t>(c)] = toByte(colour[c]);
         out.tinted[3 * target + static_cast<std::size_t>(c)] = toByte(tinted[c]);
       }
@@ -589,16 +590,18 @@ RenderOutput Renderer::render(const Frame& frame, const Solution& solution, cons
   out.normal.assign(3 * pixels, 0.0f);
   out.lit.resize(pixels);
   out.index.resize(pixels);
-  out.shaded.resize(3 * pixels);
-  out.tinted.resize(3 * pixels);
+  if (options.pictures) {
+    out.shaded.resize(3 * pixels);
+    out.tinted.resize(3 * pixels);
+  }
   std::array<std::vector<float>, 3> read;
-  for (std::size_t i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < (options.pictures ? 3 : 2); ++i) {
     read[i].resize(4 * pixels);
     gl::ReadBuffer(buffers[i]);
     gl::ReadPixels(0, 0, options.width, options.height, GL_RGBA, GL_FLOAT, read[i].data());
   }
   shade(frame, solution.originWs, read[0], read[1], read[2], out);
-  if (solution.partitionCount > 0) pictureOfMaps(solution, isReversed, maps, out);
+  if (options.pictures && solution.partitionCount > 0) pictureOfMaps(solution, isReversed, maps, out);
   return out;
 }
 

@@ -31,6 +31,7 @@ struct RenderOptions {
   CastPath castPath = CastPath::eachMap;
   bool selectByViewDepth = false;  // as a pass without a depth buffer would
   bool time = true;  // draw once more, warm, for the times
+  bool pictures = true;  // shaded, tinted and maps beside the numbers
 };
 
 // Rows top first.

@@ -26,6 +26,23 @@ std::size_t pixelAt(int width, int x, int y) {
   return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
 }
 
+// Chebyshev distances to the nearest marked pixel: one sweep down and one up are exact for it. Beyond the picture where nothing is marked.
+std::vector<int> distances(int width, int height, const std::vector<std::uint8_t>& marked) {
+  std::vector<int> out(marked.size());
+  std::transform(marked.begin(), marked.end(), out.begin(), [&](std::uint8_t m) { return m ? 0 : width + height; });
+  const auto sweep = [&](int x, int y, int before) {  // before: the row and the column that are done
+    int& here = out[pixelAt(width, x, y)];
+    if (x + before >= 0 && x + before < width) here = std::min(here, out[pixelAt(width, x + before, y)] + 1);
+    if (y + before < 0 || y + before >= height) return;
+    for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) here = std::min(here, out[pixelAt(width, u, y + before)] + 1);
+  };
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) sweep(x, y, -1);
+  for (int y = height; y-- > 0;)
+    for (int x = width; x-- > 0;) sweep(x, y, 1);
+  return out;
+}
+
 }  // namespace
 
 double WrongPixels::share() const { return ratio(wrong, counted); }
@@ -69,14 +86,8 @@ WrongPixels countWrong(int width, int height, const std::vector<std::uint8_t>& a
   WrongPixels result;
   const std::vector<std::uint8_t> edge = edgePixels(width, height, truth, counted);
 
-  const auto nearEdge = [&](int x, int y) {
-    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v) {
-      for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) {
-        if (edge[pixelAt(width, u, v)]) return true;
-      }
-    }
-    return false;
-  };
+  const std::vector<int> distance = distances(width, height, edge);
+  double sum = 0.0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const std::size_t i = pixelAt(width, x, y);
@@ -87,9 +98,11 @@ WrongPixels countWrong(int width, int height, const std::vector<std::uint8_t>& a
       if (answer[i] == truth[i]) continue;
       ++result.wrong;
       ++(truth[i] == kShadowed ? result.falselyLit : result.falselyShadowed);
-      ++(nearEdge(x, y) ? result.wrongNear : result.wrongFar);
+      ++(distance[i] <= 1 ? result.wrongNear : result.wrongFar);
+      sum += distance[i];
     }
   }
+  if (result.wrong > 0 && result.edge > 0) result.meanDistance = sum / static_cast<double>(result.wrong);
   return result;
 }
 

@@ -33,6 +33,7 @@ struct WrongPixels {
   std::size_t wrongFar = 0;  // farther than one pixel from every true edge
   std::size_t falselyLit = 0;  // truly in shadow
   std::size_t falselyShadowed = 0;  // truly lit
+  double meanDistance = 0.0;  // of the wrong pixels from the nearest true edge, in pixels; 0 where there are none, or no edge
 
   // Each is 0 where there is nothing to divide by.
   [[nodiscard]] double share() const;  // wrong over counted

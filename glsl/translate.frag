@@ -36,7 +36,7 @@ void main() {
   GnomonSdsmSetup setup = GnomonSdsmSetup(all, masked, extremes, law, all, masked);
   GnomonPartition made = gnomonFitSlice(setup, law, gnomon.partitions[0], gnomon.viewPlane, world.xy, world.yz, gnomonUnordered(gnomonOrdered(all)));
   position += made.clipFromWorld[0] + gnomonCullPlane(made.clipFromWorld, index) + made.interval;
-  if (gnomonIsSample(law, viewDepth) && gnomonHasBegun(law, world.x, world.y) && gnomonMayCast(made.atlasFromWorld, world, normal))
+  if (gnomonIsSample(law, viewDepth) && gnomonHasBegun(law, world.x, world.y) && gnomonMayCast(made.atlasFromWorld, world, normal) && gnomonReaches(gnomonCullPlane(made.atlasFromWorld, 0), world, normal))
     depth += gnomonSampleDepth(law, viewDepth) + gnomonWindowDepth(law, gnomonPlane(law, world.xy, index, 4));
   int bin;
   GNOMON_FIND_BIN(bin, law, gl_FragCoord.z, 8, float)

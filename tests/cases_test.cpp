@@ -116,7 +116,7 @@ TEST_F(Cases, AutoMeetsItsTarget) {
   int met = 0;
   for (const fs::path& path : cases_)
     for (const double target : {1.0, 4.0, 20.0}) {
-      const Answer answer = solve(path, "--method auto --set budget.target_error=" + std::to_string(target), 0);
+      const Answer answer = solve(path, "--method auto --set budget.target_error=" + std::to_string(target), 0, false);
       EXPECT_EQ(answer.verdict["uncovered"], 0) << path;
       EXPECT_TRUE(answer.verdict["violations"].empty()) << path << answer.verdict["violations"];
       if (!answer.result["warnings"].empty()) continue;

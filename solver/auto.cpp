@@ -151,6 +151,8 @@ class Chooser {
     considerWedges(AutoLayout::faces, wedges, facesNeed(wedges));
     if (settings_.hasTarget)  // without a search: little, but all that a small scene costs
       (void)consider({AutoLayout::slices, count, Warp::lispsm}, nullptr);
+    if (settings_.hasTarget && !best().candidate.isMet && best().candidate.choice.warp == Warp::least)
+      considerThoroughly(best().candidate.choice, best());
   }
 
   // Says what was chosen, what came next, and what the target would take where it is missed.
@@ -247,13 +249,17 @@ class Chooser {
     constexpr double kHopeless = 1.5;  // times the texels: for wedges the least of all warps seldom gains more over LiSPSM
     const AutoCandidate rough = consider({layout, count, Warp::lispsm}, nullptr);
     if (rough.maps == 0 || isHopeless(rough.maps, rough.neededTexels / kHopeless)) return;
-    const Fitted& named = best().candidate.choice == rough.choice ? best() : fitted_[1 - best_];
+    considerThoroughly({layout, count, Warp::least}, best().candidate.choice == rough.choice ? best() : fitted_[1 - best_]);
+  }
+
+  // Searches for every map everywhere, and from the maps of a choice of as many.
+  void considerThoroughly(const AutoChoice& choice, const Fitted& known) noexcept {
     WarpHint hints[kMaxPartitions];
-    for (int i = 0; i < named.splits.count; ++i) {
-      hints[i] = hintOf(named.maps, i, kFineTrials);
+    for (int i = 0; i < known.splits.count; ++i) {
+      hints[i] = hintOf(known.maps, known.maps.footprints[i].like, kFineTrials);
       hints[i].isThorough = true;
     }
-    (void)consider({layout, count, Warp::least}, hints);
+    (void)consider(choice, hints);
   }
 
   bool makeSplits(const AutoChoice& choice, Splits& splits) noexcept {

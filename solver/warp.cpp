@@ -323,6 +323,7 @@ WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint
   const Spread spread = findSpread(footprint);
   const double room = std::max(kRightAngle - spread.halfAngle, 0.3);  // how far w may turn and still grow along the wedge
   const double phiStep = 0.2 * room, kappaStep = 0.08 * logRatio;
+  for (int side = 0; side < 4; ++side) search.consider(rectangle + side * kRightAngle, 0.35 * logRatio);
   if (hint) {
     search.consider(hint->shape.phi, hint->shape.kappa * logRatio);
     if (!hint->isThorough) {
@@ -330,7 +331,6 @@ WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint
       return search.shape();
     }
   }
-  for (int side = 0; side < 4; ++side) search.consider(rectangle + side * kRightAngle, 0.35 * logRatio);
   if (spread.isOneSided) {
     search.consider(angleOf(glm::dvec2(light.lsFromView[2])), 0.55 * logRatio);
     for (const double turn : {-0.4, 0.0, 0.4})

@@ -73,6 +73,17 @@ class Chooser {
 
   [[nodiscard]] Fitted& best() noexcept { return fitted_[best_]; }
   [[nodiscard]] bool hasBest() const noexcept { return fitted_[best_].candidate.choice.count > 0; }
+  // False where this frame cannot be served as the choice says: nothing of it is warped, or its sides have no rows.
+  [[nodiscard]] bool canTake(const AutoChoice& choice) const noexcept {
+    return canWarp_ || (choice.layout == AutoLayout::slices && choice.warp == Warp::none);
+  }
+  // What the budget has for so many maps, and the largest texture.
+  [[nodiscard]] double budgetOf(int count) const noexcept {
+    const auto sideOf = [](int most) { return static_cast<double>(most > 0 ? most : kMaxTextureSide); };
+    const double width = sideOf(frame_.budget.atlas.x), height = sideOf(frame_.budget.atlas.y), layer = std::min(width, height);
+    return std::min(texelsPerMap(frame_.budget, count) * count,
+                    frame_.shadowMap.layout == MapLayout::atlas ? width * height : count * layer * layer);
+  }
   [[nodiscard]] double texelsForTarget() const noexcept { return texelsForTarget_; }
 
   void forgetBest() noexcept { fitted_[best_].candidate = {}; }
@@ -169,7 +180,7 @@ class Chooser {
   // grows with them.
   [[nodiscard]] int mapsForTarget() noexcept {
     for (int count = frame_.budget.partitions + 1; count <= kMaxPartitions; ++count) {
-      usable = frame_.budget.texels > 0.0 ? texels : texelsPerMap(frame_.budget, count) * count;
+      usable = budgetOf(count);
       if (considerRoughly({AutoLayout::slices, count, canWarp_ ? Warp::least : Warp::none}).isMet) return count;
     }
     return 0;
@@ -336,7 +347,7 @@ void remember(const LightSpace& light, const Fitted& fitted, AutoState& state) n
   const glm::dmat3 viewFromLs = glm::transpose(glm::dmat3(light.lsFromView));
   for (int i = 0; i < fitted.splits.count; ++i) {
     state.shapes[i] = {};
-    if (fitted.candidate.choice.warp != Warp::least) continue;
+    if (fitted.candidate.choice.warp != Warp::least || !fitted.maps.hasServed) continue;
     const WarpShape shape = hintOf(fitted.maps, fitted.maps.footprints[i].like, 0).shape;
     state.shapes[i] = {viewFromLs * glm::dvec3(std::cos(shape.phi), std::sin(shape.phi), 0.0), shape.kappa, shape.sigma, shape.tau};
   }
@@ -373,14 +384,10 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
 
   const double target = frame.budget.targetError;
   Chooser chooser(frame, region, light, settings, why);
-  chooser.texels = texelsPerMap(frame.budget, frame.budget.partitions) * frame.budget.partitions;
-  const auto sideOf = [](int most) { return static_cast<double>(most > 0 ? most : kMaxTextureSide); };
-  if (frame.shadowMap.layout == MapLayout::atlas)
-    chooser.texels = std::min(chooser.texels, sideOf(frame.budget.atlas.x) * sideOf(frame.budget.atlas.y));
-  chooser.usable = chooser.texels;
+  chooser.texels = chooser.usable = chooser.budgetOf(frame.budget.partitions);
   AutoCandidate held;
   WarpHint hints[kMaxPartitions];
-  if (state.choice.count > 0 && state.choice.count <= frame.budget.partitions) {
+  if (state.choice.count > 0 && state.partitions == frame.budget.partitions && chooser.canTake(state.choice)) {
     recall(light, state, hints);
     held = chooser.consider(state.choice, hints);
     const double value = chooser.valueOf(held), most = 1.0 + settings.hysteresis;
@@ -388,6 +395,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
                  chooser.overLimit(held) <= state.overLimit * most;
   }
   AutoState next = state;
+  next.partitions = frame.budget.partitions;
   constexpr int kAttempts = 3;  // where the atlas cannot be filled, what it held is all there is
   for (int round = 1;; ++round) {
     if (!why.isKept) {
@@ -414,7 +422,10 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
     chooser.report();
     if (const Status status = writeBest(frame, region, light, settings.hasTarget, chooser.texels, chosen, solution); status != Status::ok)
       return refuse(solution, status);
-    if (!settings.hasTarget || solution.maxError <= target) break;
+    if (!settings.hasTarget || solution.maxError <= target) {
+      why.texelsForTarget = 0.0;
+      break;
+    }
     why.texelsForTarget = chooser.texelsForTarget();
     if (!predicted.isMet || round == kAttempts) break;
     constexpr double kLess = 1.0 - 1e-6;
@@ -427,6 +438,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
   }
   if (settings.hasTarget && solution.maxError > target) {
     solution.warnings |= static_cast<std::uint32_t>(Warning::targetMissed);
+    if (why.chosen >= 0) why.candidates[why.chosen].isMet = false;
     if (report) why.mapsForTarget = chooser.mapsForTarget();
   }
   state = next;

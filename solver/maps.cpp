@@ -109,7 +109,7 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
       const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
       WarpHint before;
       const WarpHint* hint = settings.hints ? &settings.hints[i] : nullptr;
-      if (!hint && settings.chained > 0 && i > 0 && (maps.fits[i - 1].isWarped || i > 1)) {
+      if (!hint && maps.hasServed && settings.chained > 0 && i > 0 && (maps.fits[i - 1].isWarped || i > 1)) {
         before = hintOf(maps, maps.footprints[i - 1].like, settings.chained);
         constexpr int kFew = 4;  // slices, that differ much from one another
         before.isThorough = splits.count <= kFew;

@@ -48,7 +48,7 @@ struct AutoCandidate {
   int maps = 0;  // not empty
   double neededTexels = 0.0;  // for error 1, as Solution has it
   double texels = 0.0;  // allocated
-  double error = 0.0;  // greatest texel edge over a pixel's width
+  double error = 0.0;  // greatest texel edge over a pixel's width; infinite where the margins leave it no texels
   double cost = 0.0;  // nanoseconds
   bool isMet = false;  // the target, within the budget; always without one
 };
@@ -70,9 +70,10 @@ struct AutoReport {
 // What is remembered from frame to frame; as constructed, nothing. One for each light. Yours to keep.
 struct AutoState {
   AutoChoice choice;
+  int partitions = 0;  // that the budget allowed
   double value = 0.0;  // cost when all were compared last; without a target the error
   double overLimit = 0.0;  // texels needed over the least that the view needs, then
-  bool isMet = false;  // nothing is kept while the target is missed
+  bool isMet = false;  // while the target is missed all are compared every frame
   struct Shape {
     glm::dvec3 axisVs{0.0};  // along which the map is warped, view space; zero: not warped
     double kappaShare = 0.0, sigma = 0.0, tau = 0.0;  // as WarpHint has them

@@ -32,10 +32,11 @@ struct WarpShape {
   double phi, kappa, sigma, tau;
 };
 
-// Where the search of the least warp may begin instead of everywhere: the shape of a map that is much like this one.
+// Where the search of the least warp may begin, besides the rectangle and its sides, instead of everywhere: the shape of a map that is much
+// like this one.
 struct WarpHint {
   WarpShape shape;  // its kappa for each unit of log(widest pixel / narrowest)
-  int trials;  // shapes tried from the better of it and the rectangle
+  int trials;  // shapes tried from the best of them
   bool isThorough = false;  // everywhere, and from it as well
 };
 

@@ -94,7 +94,7 @@ Json whyJson(const AutoReport& why) {
 }  // namespace
 
 std::string targetText(const Frame& frame, const AutoReport& why) {
-  std::string text = std::to_string(std::llround(why.texelsForTarget)) + " texels in at most " + std::to_string(frame.budget.partitions) +
+  std::string text = shortest(std::ceil(why.texelsForTarget)) + " texels in at most " + std::to_string(frame.budget.partitions) +
                      (frame.budget.partitions == 1 ? " map" : " maps");
   if (why.mapsForTarget > 0)
     text += ", or " + std::to_string(why.mapsForTarget) + (frame.budget.texels > 0.0 ? " maps" : " maps of budget.resolution");

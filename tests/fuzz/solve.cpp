@@ -75,7 +75,7 @@ void check(const Frame& frame, const Solution& solution) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t count) {
   Bytes bytes(data, count);
-  const int method = bytes.below(4);
+  const int method = bytes.below(5);
   Frame frame;
   Camera& camera = frame.camera;
   if (bytes.below(4) == 0) camera.projection = Projection::orthographic;
@@ -174,6 +174,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t coun
                      .quantise = bytes.below(4) == 0,
                      .automatic = bytes.below(4) == 0},
                     state, *solution);
+  if (method == 4) {
+    AutoState kept;
+    AutoSettings settings{.hasTarget = bytes.below(4) != 0};
+    (void)solveAuto(frame, settings, kept, *solution);
+    check(frame, *solution);
+    frame.samples = nullptr;  // what was kept of other samples
+    (void)solveAuto(frame, settings, kept, *solution);
+  }
   check(frame, *solution);
   return 0;
 }

@@ -136,7 +136,7 @@ class ReportRun : public testing::Test {
 };
 
 TEST_F(ReportRun, ResumesMergesAndReadsInABrowser) {
-  const std::string tool = std::string("'") + GNOMON_TOOL + "' report --quick --methods lloyd ";
+  const std::string tool = std::string("'") + GNOMON_TOOL + "' report --quick --methods single,lloyd ";
   ASSERT_EQ(shell(tool + "--scenes hall,city --shard 1/2 --out a"), 0) << read("said");
   ASSERT_EQ(shell(tool + "--scenes hall,city --shard 2/2 --out b"), 0) << read("said");
   ASSERT_EQ(shell(std::string("'") + GNOMON_TOOL + "' report --merge a b --out c"), 0) << read("said");

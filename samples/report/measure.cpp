@@ -201,7 +201,8 @@ Stage::Stage(offscreen::Renderer& renderer, const std::string& scene) : renderer
     views_ = std::move(builtIn.views);
   } else {
     mesh = offscreen::loadGlb(scene);
-    views_ = offscreen::framedViews(mesh, 16.0 / 9.0);
+    views_ = offscreen::standingViews(mesh, 16.0 / 9.0);  // first: in the framed ones most settings are alike
+    for (offscreen::View& view : offscreen::framedViews(mesh, 16.0 / 9.0)) views_.push_back(std::move(view));
   }
   bounds_ = {mesh.min, mesh.max};
   tracer_ = std::make_unique<offscreen::Tracer>(mesh);

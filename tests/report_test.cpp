@@ -14,6 +14,7 @@
 #include "page.h"
 #include "plan.h"
 #include "plot.h"
+#include "profile.h"
 #include "summary.h"
 
 namespace gnomon::report {
@@ -31,6 +32,19 @@ TEST(Report, SpearmanIsThatOfItsFormula) {
   EXPECT_NEAR(spearman({1, 2, 2, 3}, {1, 2, 3, 4}), std::sqrt(0.9), 1e-12);
   EXPECT_TRUE(std::isnan(spearman({1, 2}, {1, 2})));
   EXPECT_TRUE(std::isnan(spearman({1, 1, 1}, {1, 2, 3})));
+}
+
+TEST(Report, WeightsAreThoseTheTimesWereMadeOf) {
+  std::vector<Timing> timings;
+  for (const double passes : {1.0, 4.0})
+    for (const double texels : {1e4, 1e6}) timings.push_back({passes, texels, 3000.0 * passes + 0.02 * texels});
+  EXPECT_NEAR(fitWeights(timings).pass, 3000.0, 1e-6);
+  EXPECT_NEAR(fitWeights(timings).texel, 0.02, 1e-12);
+  // Eight times the passes in half the time: none is given to passes; a texel alone takes (1/2 + 1) / (1/4 + 1).
+  const Weights border = fitWeights({{1.0, 1.0, 2.0}, {8.0, 1.0, 1.0}});
+  EXPECT_EQ(border.pass, 0.0);
+  EXPECT_NEAR(border.texel, 1.2, 1e-12);
+  EXPECT_EQ(fitWeights({}).pass, 0.0);
 }
 
 TEST(Report, FrontHoldsWhatNothingBeats) {

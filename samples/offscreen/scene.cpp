@@ -346,7 +346,9 @@ std::vector<View> standingViews(const Mesh& mesh, double aspect) {
   if (!(range.nearest <= range.farthest && range.farthest > 0.0)) return {};
   camera.far = kFarShare * range.farthest;
   camera.near = std::max(kNear * range.nearest, kLeastNearOverFar * camera.far);
-  return underBothLights("standing", camera);
+  std::vector<View> views = underBothLights("standing", camera);
+  std::swap(views[0], views[1]);  // open ground has no shadows under a steep light
+  return views;
 }
 
 }  // namespace gnomon::offscreen

@@ -45,7 +45,7 @@ struct BuiltIn {
 [[nodiscard]] std::vector<View> framedViews(const Mesh& mesh, double aspect);
 
 // Two views from inside: an eye that stands in the middle of the shorter horizontal side, a quarter along the longer, and looks along it
-// over the highest geometry below, under the same lights. None where nothing is in view.
+// over the highest geometry below, under the same lights, low first. None where nothing is in view.
 [[nodiscard]] std::vector<View> standingViews(const Mesh& mesh, double aspect);
 
 struct DepthRange {

@@ -9,6 +9,8 @@
 
 #include "measure.h"
 #include "page.h"
+#include "profile.h"
+#include "result.h"
 #include "summary.h"
 
 namespace gnomon::report {
@@ -76,6 +78,7 @@ void ReportArguments::addTo(CLI::App& app) {
   app.add_option("--scenes", scenes, "built-in scenes by name, or .glb files; none: the built-in ones")->delimiter(',');
   app.add_option("--methods", methods, "only these methods; none: all")->delimiter(',');
   app.add_flag("--quick", quick, "one view of each scene, one budget, fewer settings and repetitions");
+  app.add_flag("--profile", profile, "no report: what passes, texels and solves take on this device, as settings of method auto");
   app.add_option("--shard", shard, "i/n: the i-th of n parts; join them with --merge");
   app.add_option("--merge", merged, "folders of shards: nothing is measured, one report is made of them");
   app.add_option("--out", folder, "folder; a run that was interrupted there goes on")->default_val("out/report");
@@ -83,6 +86,11 @@ void ReportArguments::addTo(CLI::App& app) {
 
 int report(const ReportArguments& arguments) {
   if (!arguments.merged.empty()) return merge(arguments);
+  if (arguments.profile) {
+    offscreen::Renderer renderer;
+    std::cout << cli::layOut(profileOf(renderer));
+    return 0;
+  }
   const auto [shard, shards] = parseShard(arguments.shard);
   const std::vector<Study> plan = studies(arguments.methods, arguments.quick);
   if (plan.empty()) throw Refusal("--methods: must leave two settings to compare");

@@ -14,6 +14,7 @@
 #include "page.h"
 #include "plan.h"
 #include "plot.h"
+#include "profile.h"
 #include "summary.h"
 
 namespace gnomon::report {
@@ -31,6 +32,19 @@ TEST(Report, SpearmanIsThatOfItsFormula) {
   EXPECT_NEAR(spearman({1, 2, 2, 3}, {1, 2, 3, 4}), std::sqrt(0.9), 1e-12);
   EXPECT_TRUE(std::isnan(spearman({1, 2}, {1, 2})));
   EXPECT_TRUE(std::isnan(spearman({1, 1, 1}, {1, 2, 3})));
+}
+
+TEST(Report, WeightsAreThoseTheTimesWereMadeOf) {
+  std::vector<Timing> timings;
+  for (const double passes : {1.0, 4.0})
+    for (const double texels : {1e4, 1e6}) timings.push_back({passes, texels, 3000.0 * passes + 0.02 * texels});
+  EXPECT_NEAR(fitWeights(timings).pass, 3000.0, 1e-6);
+  EXPECT_NEAR(fitWeights(timings).texel, 0.02, 1e-12);
+  // Eight times the passes in half the time: none is given to passes; a texel alone takes (1/2 + 1) / (1/4 + 1).
+  const Weights border = fitWeights({{1.0, 1.0, 2.0}, {8.0, 1.0, 1.0}});
+  EXPECT_EQ(border.pass, 0.0);
+  EXPECT_NEAR(border.texel, 1.2, 1e-12);
+  EXPECT_EQ(fitWeights({}).pass, 0.0);
 }
 
 TEST(Report, FrontHoldsWhatNothingBeats) {
@@ -136,7 +150,7 @@ class ReportRun : public testing::Test {
 };
 
 TEST_F(ReportRun, ResumesMergesAndReadsInABrowser) {
-  const std::string tool = std::string("'") + GNOMON_TOOL + "' report --quick --methods lloyd ";
+  const std::string tool = std::string("'") + GNOMON_TOOL + "' report --quick --methods single,lloyd ";
   ASSERT_EQ(shell(tool + "--scenes hall,city --shard 1/2 --out a"), 0) << read("said");
   ASSERT_EQ(shell(tool + "--scenes hall,city --shard 2/2 --out b"), 0) << read("said");
   ASSERT_EQ(shell(std::string("'") + GNOMON_TOOL + "' report --merge a b --out c"), 0) << read("said");
@@ -147,11 +161,14 @@ TEST_F(ReportRun, ResumesMergesAndReadsInABrowser) {
   // Interrupted: the last line cut off. Only what is missing is measured again, and the rest stays to the byte.
   const std::string lines = read("a/jobs.jsonl");
   const std::size_t cut = lines.rfind("{\"key\"") + 40;
-  std::ofstream(m_folder / "a/jobs.jsonl") << lines.substr(0, cut) << "\n";
+  std::ofstream(m_folder / "a/jobs.jsonl") << lines.substr(0, cut);
   ASSERT_EQ(shell(tool + "--scenes hall,city --shard 1/2 --out a"), 0);
   EXPECT_EQ(read("said").find("already there"), std::string::npos);
   ASSERT_EQ(shell(tool + "--scenes hall,city --shard 1/2 --out a"), 0);
   EXPECT_NE(read("said").find("already there"), std::string::npos);
+  ASSERT_EQ(shell(std::string("'") + GNOMON_TOOL + "' report --merge a --out d"), 0) << read("said");
+  EXPECT_EQ(Json::parse(read("d/report.json"))["records"].size(), static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n')));
+  EXPECT_EQ(shell(tool + "--methods lloyd,nosuch --out a"), 2);
 
   const Json json = Json::parse(read("c/report.json"));
   EXPECT_EQ(json["rank_correlation"].size(), 2u);  // a scene from each shard

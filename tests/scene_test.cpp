@@ -265,6 +265,28 @@ TEST(FramedViewsTest, HoldTheWholeBox) {
   EXPECT_THROW((void)framedViews(meshOf({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {0, 1, 2}), 1.0), std::runtime_error);
 }
 
+// ---- standingViews ----
+
+TEST(StandingViewsTest, StandOverTheHighestBelowAndLookAlongTheLongerSide) {
+  // A floor at 2 from x = 0 to 40 and z = 0 to 30, and over its first half a smaller one at 7 that reaches past the eye.
+  const std::vector<View> views =
+      standingViews(meshOf({{0, 2, 0}, {40, 2, 0}, {40, 2, 30}, {0, 2, 30}, {5, 7, 10}, {15, 7, 10}, {15, 7, 20}, {5, 7, 20}},
+                           {0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7}),
+                    1.5);
+  ASSERT_EQ(views.size(), 2u);
+  EXPECT_NE(views[0].light, views[1].light);
+  for (const View& view : views) {
+    const Camera& camera = view.cam;
+    EXPECT_NEAR(glm::length(camera.positionWs - glm::dvec3(10.0, 7.0 + 0.03 * 50.0, 15.0)), 0.0, 1e-6);
+    EXPECT_NEAR(glm::dot(glm::normalize(camera.forwardWs), glm::dvec3(1.0, 0.0, 0.0)), 1.0, 1e-12);
+    // The lower edge of the picture, 30 degrees down, meets the upper floor at 1.5 / tan 30 degrees; the far end is 30 ahead.
+    EXPECT_NEAR(camera.near, 0.5 * 1.5 * std::sqrt(3.0), 1e-6);
+    EXPECT_GE(camera.far, 30.0);
+    EXPECT_LT(camera.far, 33.0);
+  }
+  EXPECT_TRUE(standingViews(meshOf({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, {0, 1, 2}), 1.0).empty());
+}
+
 // ---- loadGlb ----
 
 // Files are put together here byte by byte, so that nothing is read with what wrote it.

@@ -207,6 +207,30 @@ class Loader {
   Mesh mesh;
 };
 
+// The highest point of the mesh over or under a point (x, z) of the ground plane; the mesh's lowest where there is none.
+double groundAt(const Mesh& mesh, const glm::dvec2& at) {
+  double highest = mesh.min.y;
+  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
+    glm::dvec3 p[3];
+    for (std::size_t k = 0; k < 3; ++k) p[k] = glm::dvec3(mesh.positionsWs[mesh.indices[t + k]]);
+    double weight[3], area = 0.0, height = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::dvec3 &a = p[(k + 1) % 3], &b = p[(k + 2) % 3];
+      weight[k] = (a.x - at.x) * (b.z - at.y) - (a.z - at.y) * (b.x - at.x);
+      area += weight[k];
+      height += weight[k] * p[k].y;
+    }
+    const auto isInside = [&](double w) { return w * area >= 0.0; };
+    if (area != 0.0 && isInside(weight[0]) && isInside(weight[1]) && isInside(weight[2])) highest = std::max(highest, height / area);
+  }
+  return highest;
+}
+
+std::vector<View> underBothLights(const std::string& name, const gnomon::Camera& camera) {
+  return {{name, "steep", camera, glm::normalize(glm::dvec3(0.45, -1.0, -0.3))},
+          {name, "low", camera, glm::normalize(glm::dvec3(0.8, -0.27, -0.5))}};
+}
+
 }  // namespace
 
 Mesh loadGlb(const std::string& path) { return Loader(path).load(); }
@@ -304,9 +328,27 @@ std::vector<View> framedViews(const Mesh& mesh, double aspect) {
   const DepthRange range = depthInView(mesh, camera);
   camera.far = kFarShare * range.farthest;
   camera.near = std::max(kNearShare * range.nearest, kLeastNearOverFar * camera.far);
+  return underBothLights("framed", camera);
+}
 
-  return {{"framed", "steep", camera, glm::normalize(glm::dvec3(0.45, -1.0, -0.3))},
-          {"framed", "low", camera, glm::normalize(glm::dvec3(0.8, -0.27, -0.5))}};
+std::vector<View> standingViews(const Mesh& mesh, double aspect) {
+  constexpr double kPlace = 0.25;  // along the longer side: the other three quarters lie ahead
+  constexpr double kHeight = 0.03;  // of the horizontal diagonal, above the ground
+  constexpr double kNear = 0.5;  // of the nearest depth: room to walk
+  const glm::dvec3 size = mesh.max - mesh.min;
+  const int along = size.x >= size.z ? 0 : 2;
+  glm::dvec3 eye = 0.5 * (mesh.min + mesh.max), forward(0.0);
+  forward[along] = 1.0;
+  eye[along] = mesh.min[along] + kPlace * size[along];
+  eye.y = groundAt(mesh, {eye.x, eye.z}) + kHeight * std::hypot(size.x, size.z);
+  gnomon::Camera camera = gnomon::perspective(eye, forward, glm::dvec3(0.0, 1.0, 0.0), kFovY, aspect, 1.0, 2.0);
+  const DepthRange range = depthInView(mesh, camera);
+  if (!(range.nearest <= range.farthest && range.farthest > 0.0)) return {};
+  camera.far = kFarShare * range.farthest;
+  camera.near = std::max(kNear * range.nearest, kLeastNearOverFar * camera.far);
+  std::vector<View> views = underBothLights("standing", camera);
+  std::swap(views[0], views[1]);  // open ground has no shadows under a steep light
+  return views;
 }
 
 }  // namespace gnomon::offscreen

@@ -44,6 +44,10 @@ struct BuiltIn {
 // aspect: width over height, > 0. Throws std::runtime_error for a mesh without extent.
 [[nodiscard]] std::vector<View> framedViews(const Mesh& mesh, double aspect);
 
+// Two views from inside: an eye that stands in the middle of the shorter horizontal side, a quarter along the longer, and looks along it
+// over the highest geometry below, under the same lights, low first. None where nothing is in view.
+[[nodiscard]] std::vector<View> standingViews(const Mesh& mesh, double aspect);
+
 struct DepthRange {
   double nearest = 0.0, farthest = 0.0;  // view depths; nearest > farthest where nothing is inside
 };

@@ -201,7 +201,8 @@ Stage::Stage(offscreen::Renderer& renderer, const std::string& scene) : renderer
     views_ = std::move(builtIn.views);
   } else {
     mesh = offscreen::loadGlb(scene);
-    views_ = offscreen::framedViews(mesh, 16.0 / 9.0);
+    views_ = offscreen::standingViews(mesh, 16.0 / 9.0);  // first: in the framed ones most settings are alike
+    for (offscreen::View& view : offscreen::framedViews(mesh, 16.0 / 9.0)) views_.push_back(std::move(view));
   }
   bounds_ = {mesh.min, mesh.max};
   tracer_ = std::make_unique<offscreen::Tracer>(mesh);
@@ -287,7 +288,9 @@ std::vector<Json> Stage::measure(const Study& study, const View& view, double te
         ".json";
     std::filesystem::create_directories(folder + "/cases");
     std::ofstream(folder + "/" + caseName) << cli::layOut(root);
-    std::string command = "gnomon render " + caseName + " --scene " + scene_ + " --method " + variant.method;
+    const bool isFile = std::filesystem::exists(scene_);  // else a built-in scene's name
+    std::string command = "gnomon render " + caseName + " --scene " +
+                          (isFile ? "'" + std::filesystem::absolute(scene_).string() + "'" : scene_) + " --method " + variant.method;
     for (const auto& [key, value] : variant.settings.items())
       command += " --set " + key + "=" + (value.is_string() ? value.get<std::string>() : value.dump());
     command += " --set budget.partitions=" + std::to_string(variant.partitions) +

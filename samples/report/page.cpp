@@ -247,9 +247,10 @@ std::string correlationHtml(const std::vector<Correlation>& all) {
   out += "</tr></thead><tbody>\n";
   for (const std::string& scene : scenes) {
     out += "<tr><th>" + escaped(titleOf(scene)) + "</th>";
-    for (const double texels : budgets)
-      for (const Correlation& each : all)
-        if (each.scene == scene && each.texels == texels) out += text("<td>%.2f / %.2f</td>", each.overVisible, each.atEdges);
+    for (const double texels : budgets) {
+      const auto each = std::find_if(all.begin(), all.end(), [&](const Correlation& c) { return c.scene == scene && c.texels == texels; });
+      out += each == all.end() ? "<td></td>" : text("<td>%.2f / %.2f</td>", each->overVisible, each->atEdges);
+    }
     out += "</tr>\n";
   }
   return out + "</tbody></table>\n";

@@ -15,9 +15,8 @@ std::vector<Variant> sweepRows(bool quick) {
       {.label = "PSSM, λ = 0.5", .method = "pssm", .settings = {{"split", "practical"}, {"lambda", 0.5}}},
       {.label = "PSSM, stable", .method = "pssm", .settings = {{"fit", "stable"}}, .pictured = true},
       {.label = "PSSM, 8 maps", .method = "pssm", .partitions = 8},
-      {.label = "single", .method = "single", .partitions = 1},
-      {.label = "one map", .method = "lloyd", .settings = {{"scheme", "w"}, {"warp", "none"}}, .partitions = 1},
-      {.label = "one warped map", .method = "lloyd", .settings = {{"scheme", "w"}, {"warp", "least"}}, .partitions = 1, .pictured = true},
+      {.label = "one map", .method = "single", .settings = {{"warp", "none"}}, .partitions = 1},
+      {.label = "one warped map", .method = "single", .partitions = 1, .pictured = true},
       {.label = "two warped slices", .method = "lloyd", .settings = {{"scheme", "zp+w"}, {"warp", "least"}}, .partitions = 2},
       {.label = "LiSPSM slices", .method = "lloyd", .settings = {{"scheme", "zp+w"}, {"warp", "lispsm"}}},
       {.label = "faces in rows, 8 maps", .method = "lloyd", .settings = {{"scheme", "fp+zp+w"}, {"warp", "lispsm"}}, .partitions = 8},
@@ -42,7 +41,7 @@ Variant slices(const char* label, int maps, double side) {
 }
 
 Variant single(const char* label, const char* warp, double side) {
-  return {.label = label, .method = "lloyd", .settings = {{"scheme", "w"}, {"warp", warp}}, .partitions = 1, .texels = square(side)};
+  return {.label = label, .method = "single", .settings = {{"warp", warp}}, .partitions = 1, .texels = square(side)};
 }
 
 }  // namespace
@@ -87,23 +86,19 @@ std::vector<Study> studies(const std::vector<std::string>& methods, bool quick) 
          .title = "[Lauritzen 2010] frame times",
          .allViews = false,
          .variants = {slices("PSSM", 4, 1024.0), {.label = "SDSM", .method = "sdsm", .texels = 4.0 * square(1024.0), .samples = true}}});
-    all.push_back({.name = "tang-table-1",
-                   .title = "[Tang 2017] Table 1",
-                   .width = 720,
-                   .height = 540,
-                   .allViews = false,
-                   .variants = {slices("8 slices", 8, 1024.0),
-                                {.label = "LSPSM, ζ = 0.25",
-                                 .method = "lspsm",
-                                 .settings = {{"zeta", 0.25}, {"sigma", 0.5}, {"max_rows", 4}, {"max_columns", 2}},
-                                 .partitions = 8,
-                                 .texels = 8.0 * square(1024.0)},
-                                {.label = "SDSM, 8 slices",
-                                 .method = "sdsm",
-
-                                 .partitions = 8,
-                                 .texels = 8.0 * square(1024.0),
-                                 .samples = true}}});
+    all.push_back(
+        {.name = "tang-table-1",
+         .title = "[Tang 2017] Table 1",
+         .width = 720,
+         .height = 540,
+         .allViews = false,
+         .variants = {slices("8 slices", 8, 1024.0),
+                      {.label = "LSPSM, ζ = 0.25",
+                       .method = "lspsm",
+                       .settings = {{"zeta", 0.25}, {"sigma", 0.5}, {"max_rows", 4}, {"max_columns", 2}},
+                       .partitions = 8,
+                       .texels = 8.0 * square(1024.0)},
+                      {.label = "SDSM, 8 slices", .method = "sdsm", .partitions = 8, .texels = 8.0 * square(1024.0), .samples = true}}});
   }
   for (Study& study : all) {
     if (study.texels.empty()) study.texels = {0.0};

@@ -1,5 +1,6 @@
 #include "report_command.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -9,6 +10,8 @@
 
 #include "measure.h"
 #include "page.h"
+#include "profile.h"
+#include "result.h"
 #include "summary.h"
 
 namespace gnomon::report {
@@ -24,6 +27,12 @@ void writeText(const std::string& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
   file << text;
   if (!file.flush()) throw std::runtime_error(path + ": cannot be written");
+}
+
+// True where a file's last line was cut off: a run that was killed while it wrote.
+bool endsInside(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  return file && file.tellg() > 0 && file.seekg(-1, std::ios::end).get() != '\n';
 }
 
 // "2/5": the second of five.
@@ -76,6 +85,7 @@ void ReportArguments::addTo(CLI::App& app) {
   app.add_option("--scenes", scenes, "built-in scenes by name, or .glb files; none: the built-in ones")->delimiter(',');
   app.add_option("--methods", methods, "only these methods; none: all")->delimiter(',');
   app.add_flag("--quick", quick, "one view of each scene, one budget, fewer settings and repetitions");
+  app.add_flag("--profile", profile, "no report: what passes, texels and solves take on this device, as settings of method auto");
   app.add_option("--shard", shard, "i/n: the i-th of n parts; join them with --merge");
   app.add_option("--merge", merged, "folders of shards: nothing is measured, one report is made of them");
   app.add_option("--out", folder, "folder; a run that was interrupted there goes on")->default_val("out/report");
@@ -83,6 +93,14 @@ void ReportArguments::addTo(CLI::App& app) {
 
 int report(const ReportArguments& arguments) {
   if (!arguments.merged.empty()) return merge(arguments);
+  for (const std::string& name : arguments.methods)
+    if (std::none_of(cli::methods().begin(), cli::methods().end(), [&](const cli::Method& method) { return method.name == name; }))
+      throw Refusal("--methods: must be methods of `gnomon methods`, got " + name);
+  if (arguments.profile) {
+    offscreen::Renderer renderer;
+    std::cout << cli::layOut(profileOf(renderer));
+    return 0;
+  }
   const auto [shard, shards] = parseShard(arguments.shard);
   const std::vector<Study> plan = studies(arguments.methods, arguments.quick);
   if (plan.empty()) throw Refusal("--methods: must leave two settings to compare");
@@ -135,13 +153,15 @@ int report(const ReportArguments& arguments) {
           lines += record.dump() + "\n";
           done[keyText(record)] = record;
         }
+        const bool isTorn = endsInside(folder + kJobs);
         std::ofstream file(folder + kJobs, std::ios::app);
-        file << lines;
+        file << (isTorn ? "\n" : "") << lines;
         if (!file.flush()) throw std::runtime_error(folder + kJobs + ": cannot be written");
       }
       for (const Variant& variant : study->variants) {
         const std::string key = keyText({{"key", keyOf(*study, scenes[s], *view, texels, variant, effort)}});
         wanted[key] = done.at(key);
+        wanted[key]["order"] = static_cast<int>(&variant - study->variants.data());  // of this run's settings
       }
       const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
       std::cerr << "scene " << s + 1 << "/" << scenes.size() << " " << fs::path(scenes[s]).stem().string() << ", " << g + 1 << "/"

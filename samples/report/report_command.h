@@ -13,7 +13,7 @@ namespace gnomon::report {
 struct ReportArguments {
   std::vector<std::string> scenes, methods, merged;
   std::string folder, shard;
-  bool quick = false;
+  bool quick = false, profile = false;
 
   void addTo(CLI::App& app);
 };

@@ -76,7 +76,9 @@ std::vector<Json> valuesOf(const std::vector<const Json*>& records, const std::s
 double spearman(const std::vector<double>& a, const std::vector<double>& b) {
   const std::vector<double> x = ranks(a), y = ranks(b);
   const auto count = static_cast<double>(x.size());
-  if (x.size() < 3 || x.size() != y.size()) return std::nan("");
+  const auto isKnown = [](double v) { return std::isfinite(v); };
+  if (x.size() < 3 || x.size() != y.size() || !std::all_of(a.begin(), a.end(), isKnown) || !std::all_of(b.begin(), b.end(), isKnown))
+    return std::nan("");
   const double middle = (count - 1.0) / 2.0;
   double xy = 0.0, xx = 0.0, yy = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -181,8 +183,9 @@ std::vector<Correlation> correlations(const Records& records) {
         edges.push_back(sum.atEdges);
         near.push_back(sum.near);
       }
-      out.push_back(
-          {scene.get<std::string>(), texels.get<double>(), spearman(mean, near), spearman(edges, near), static_cast<int>(near.size())});
+      const double overVisible = spearman(mean, near);  // none where too few settings differ
+      if (std::isfinite(overVisible))
+        out.push_back({scene.get<std::string>(), texels.get<double>(), overVisible, spearman(edges, near), static_cast<int>(near.size())});
     }
   }
   return out;

@@ -474,6 +474,12 @@ std::string verify(const Case& c, const Solution& solution, Random& random) {
   return wrong;
 }
 
+#ifdef __SANITIZE_ADDRESS__
+constexpr std::uint64_t kCases = 1000;  // for each method: sanitizers take their time
+#else
+constexpr std::uint64_t kCases = 20000;
+#endif
+
 // Runs `solveCase(case, random, solution)` for each seed.
 template <typename SolveCase>
 void soak(std::uint64_t otherwise, bool isSampled, SolveCase solveCase) {
@@ -494,7 +500,7 @@ void soak(std::uint64_t otherwise, bool isSampled, SolveCase solveCase) {
 WarpSettings someWarp(Random& random) { return {.warp = static_cast<Warp>(random.index(6)), .eta = random.uniform(-1.0, 1.0)}; }
 
 TEST(Hard, Pssm) {
-  soak(3000, false, [](Case& c, Random& random, Solution& solution) {
+  soak(kCases, false, [](Case& c, Random& random, Solution& solution) {
     PssmSettings settings{.split = {.scheme = static_cast<SplitScheme>(random.index(3)), .lambda = random.uniform()},
                           .fit = static_cast<FitMode>(random.index(3))};
     c.mayBeSnapped = settings.fit == FitMode::stable;
@@ -505,7 +511,7 @@ TEST(Hard, Pssm) {
 }
 
 TEST(Hard, Lloyd) {
-  soak(600, false, [](Case& c, Random& random, Solution& solution) {
+  soak(kCases, false, [](Case& c, Random& random, Solution& solution) {
     LloydSettings settings{.scheme = static_cast<LloydScheme>(random.index(6)),
                            .minimax = random.index(4) == 0,
                            .warp = someWarp(random),
@@ -520,7 +526,7 @@ TEST(Hard, Lloyd) {
 }
 
 TEST(Hard, Lspsm) {
-  soak(3000, false, [](Case& c, Random& random, Solution& solution) {
+  soak(kCases, false, [](Case& c, Random& random, Solution& solution) {
     const LspsmSettings settings{.rows = {.rule = static_cast<RowRule>(random.index(3)),
                                           .zeta = random.uniform(0.01, 0.49),
                                           .sigma = random.logUniform(1e-2, 1e2),
@@ -533,7 +539,7 @@ TEST(Hard, Lspsm) {
 }
 
 TEST(Hard, Sdsm) {
-  soak(3000, true, [](Case& c, Random& random, Solution& solution) {
+  soak(kCases, true, [](Case& c, Random& random, Solution& solution) {
     const SdsmSettings settings{.scheme = static_cast<SdsmScheme>(random.index(4)),
                                 .norm = static_cast<SampleNorm>(random.index(3)),
                                 .bounds = random.index(4) != 0,
@@ -564,12 +570,12 @@ std::string solveByAuto(Case& c, Random& random, Solution& solution) {
   (void)solveAuto(c.frame, settings, state, solution);
   return std::string(settings.hasTarget ? "target " : "no target ") + std::to_string(c.frame.budget.targetError);
 }
-TEST(Hard, Auto) { soak(1000, false, solveByAuto); }
-TEST(Hard, AutoOfSamples) { soak(1000, true, solveByAuto); }
+TEST(Hard, Auto) { soak(kCases, false, solveByAuto); }
+TEST(Hard, AutoOfSamples) { soak(kCases, true, solveByAuto); }
 
 // What a float depth buffer says: whatever was rendered to a pixel lies in a map.
 TEST(Hard, DepthImage) {
-  soak(1000, false, [](Case& c, Random& random, Solution& solution) {
+  soak(kCases, false, [](Case& c, Random& random, Solution& solution) {
     const Camera& camera = c.frame.camera;
     c.receivers.clear();
     c.planes.clear();

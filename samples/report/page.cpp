@@ -227,7 +227,9 @@ std::string peersHtml(const std::string& folder) {
   return out + "</tbody></table>\n";
 }
 
-std::string correlationHtml(const std::vector<Correlation>& all) {
+std::string correlationHtml(std::vector<Correlation> all) {
+  std::erase_if(all, [](const Correlation& each) { return !std::isfinite(each.overVisible); });  // too few settings that differ
+  if (all.empty()) return "<p>Too few settings were measured to rank.</p>\n";
   std::vector<double> visible, edges;
   std::vector<std::string> scenes;
   std::vector<double> budgets;
@@ -239,8 +241,7 @@ std::string correlationHtml(const std::vector<Correlation>& all) {
   }
   std::string out =
       "<p>Spearman's rank correlation, across methods, of the predicted mean error with wrong pixels near true edges: median <b>" +
-      text("%.3f", median(visible)) + "</b>, least <b>" +
-      text("%.3f", visible.empty() ? std::nan("") : *std::min_element(visible.begin(), visible.end())) +
+      text("%.3f", median(visible)) + "</b>, least <b>" + text("%.3f", *std::min_element(visible.begin(), visible.end())) +
       "</b>. With the mean taken at true shadow edges alone, the only points where a texel's width shows: median " +
       text("%.3f", median(edges)) + ". In the table: over visible points / at edges.</p>\n<table><thead><tr><th>scene</th>";
   for (const double texels : budgets) out += "<th>" + texelText(texels) + "</th>";

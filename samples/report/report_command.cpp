@@ -54,12 +54,14 @@ void writeReport(const Records& records, const std::string& folder) {
   std::cout << summaryTable(records) << "\n";
   std::vector<double> all;
   for (const Correlation& each : correlations(records)) {
+    if (!std::isfinite(each.overVisible)) continue;  // too few settings that differ
     all.push_back(each.overVisible);
     std::printf(
         "%-12s %8.0f texels: rank correlation of predicted mean error with wrong pixels near edges %.3f (at edges %.3f), %d methods\n",
         fs::path(each.scene).stem().string().c_str(), each.texels, each.overVisible, each.atEdges, each.variants);
   }
-  std::printf("rank correlation: median %.3f\n%s/report.html\n", median(all), folder.c_str());
+  if (!all.empty()) std::printf("rank correlation: median %.3f\n", median(all));
+  std::printf("%s/report.html\n", folder.c_str());
 }
 
 int merge(const ReportArguments& arguments) {

@@ -183,9 +183,8 @@ std::vector<Correlation> correlations(const Records& records) {
         edges.push_back(sum.atEdges);
         near.push_back(sum.near);
       }
-      const double overVisible = spearman(mean, near);  // none where too few settings differ
-      if (std::isfinite(overVisible))
-        out.push_back({scene.get<std::string>(), texels.get<double>(), overVisible, spearman(edges, near), static_cast<int>(near.size())});
+      out.push_back(
+          {scene.get<std::string>(), texels.get<double>(), spearman(mean, near), spearman(edges, near), static_cast<int>(near.size())});
     }
   }
   return out;

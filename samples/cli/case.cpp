@@ -608,7 +608,6 @@ const Engine& engineOf(const Case& input) {
   return *std::find_if(std::begin(kEngines), std::end(kEngines), [&](const Engine& engine) { return input.method == engine.name; });
 }
 
-
 void parseMethod(const Json& value, Case& out) {
   Fields::requireObject(value, "method");
   Words names;

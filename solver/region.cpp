@@ -246,6 +246,18 @@ Cut cutCell(Cell& cell, const Plane& plane, double magnitude) noexcept {
   }
   if (kept == cell.vertexCount) return Cut::inside;
   if (kept == 0) return Cut::outside;
+  if (*std::max_element(distance, distance + cell.vertexCount) <= tolerance) {
+    // It only touches the cell. Of what is hardly larger than rounding, faces of any direction seem to lie on one plane.
+    constexpr double kLarge = 1e6;
+    double size = 0.0;
+    for (int i = 0, first = -1; i < cell.vertexCount; ++i) {
+      if (!isInside[i]) continue;
+      if (first < 0) first = i;
+      const glm::dvec3 apart = glm::abs(cell.vertices[i] - cell.vertices[first]);
+      size = std::max({size, apart.x, apart.y, apart.z});
+    }
+    if (size < kLarge * tolerance) cell.isExact = false;
+  }
 
   int crossings = 0, keptEdges = 0;
   for (int i = 0; i < cell.edgeCount; ++i) {

@@ -307,6 +307,22 @@ TEST(Error, NothingBeatsTheLimit) {
   }
 }
 
+// Receivers at the eye of a view smaller than the rounding of its position: the planes of their sides hold all of its near face.
+TEST(Error, NothingBeatsTheLimitOfAViewBelowRounding) {
+  Frame frame;
+  frame.camera = perspective({3796602.5570814111, -43321039.673282042, 4725135.6157634584},
+                             {0.98332577639841567, -0.17583533245462288, 0.046393462158209609},
+                             {-0.48017780657331244, -0.73139889077164033, -0.48423644705087687}, kPi / 3.0, 16.0 / 9.0,
+                             3.1722048166990687e-11, 4.451970458690896e-07);
+  frame.light.directionWs = {-2.5377772445717498e-05, -8.012494870618446e-05, 0.99984409049082268};
+  const Box eye{frame.camera.positionWs, frame.camera.positionWs};
+  frame.scene.receivers = {&eye, 1};
+  Solution solution;
+  ASSERT_EQ(solvePssm(frame, {}, solution), Status::ok);
+  ASSERT_EQ(solution.partitionCount, 1);
+  EXPECT_LE(solution.limitTexels, solution.neededTexels);
+}
+
 TEST(Error, CostOfAMapAndOfAllOfThem) {
   Solution solution;
   solution.partitionCount = 2;

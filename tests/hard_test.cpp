@@ -455,9 +455,10 @@ std::string verify(const Case& c, const Solution& solution, Random& random) {
     }
     if (c.eyes.empty()) {
       add(viewPoint(c.frame.camera, x, y, std::clamp(z, near, far)), false);
-    } else {
+    } else {  // a poisoned camera may see farther than the eyes whose views are served
       const Camera& eye = c.eyes[static_cast<std::size_t>(n % 2)];
-      add(viewPoint(eye, x, y, std::clamp(z, near, far)) + (eye.positionWs - c.frame.camera.positionWs), false);
+      const double eyeFar = std::min(eye.far, eye.shadowDistance);
+      add(viewPoint(eye, x, y, std::clamp(z, eye.near, eyeFar)) + (eye.positionWs - c.frame.camera.positionWs), false);
     }
   }
   if (!c.eyes.empty()) return wrong;  // points of boxes may be outside of both views

@@ -26,7 +26,7 @@ class Bytes {
                                         1e39,  1e160, 1e300,  5e-324, 1e-310, 1e-160, 1e-45, kInf,
                                         -kInf, 1e-30, 1.0001, 0.9999, 1e-170, -1e3,   -1e9,  std::numeric_limits<double>::quiet_NaN()};
     const int kind = below(256);
-    if (kind < 64) return kTable[kind % std::size(kTable)];
+    if (kind < 64) return kTable[static_cast<std::size_t>(kind) % std::size(kTable)];
     if (kind < 224) return (below(256) + below(256) / 256.0 - 128.0) * (kind < 144 ? 1.0 / 16.0 : 1.0);
     double value = 0.0;
     std::uint8_t raw[8]{};

@@ -89,8 +89,13 @@ class Loader {
     reader.SetImageLoader(
         [](tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) { return true; }, nullptr);
     std::string error, warning;
-    const bool read = std::memcmp(magic, "glTF", sizeof magic) == 0 ? reader.LoadBinaryFromFile(&model, &error, &warning, path)
-                                                                    : reader.LoadASCIIFromFile(&model, &error, &warning, path);
+    bool read = false;
+    try {
+      read = std::memcmp(magic, "glTF", sizeof magic) == 0 ? reader.LoadBinaryFromFile(&model, &error, &warning, path)
+                                                           : reader.LoadASCIIFromFile(&model, &error, &warning, path);
+    } catch (const std::out_of_range&) {  // tinygltf looks up some references before it checks them
+      error = "refers to an element that it does not have";
+    }
     if (!read) {
       const std::string line = error.substr(0, error.find('\n'));
       fail("is not readable glTF" + (line.empty() ? std::string() : ": " + line));

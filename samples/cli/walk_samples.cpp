@@ -165,10 +165,10 @@ std::string flicker(offscreen::Renderer& renderer, const offscreen::Tracer& trac
       before[i] = std::move(now);
     }
   }
+  if (edges == 0) return "";  // nothing that could flip is seen
   std::string table = line("%-22s %7s\n", "", "flips of each 100 pixels at a true edge, a frame");
   for (std::size_t i = 0; i < ways.size(); ++i)
-    table += line("%-22s %7.2f\n", ways[i].name.c_str(),
-                  100.0 * flips[i] / ((frames - 1) * static_cast<double>(std::max<std::size_t>(edges, 1))));
+    table += line("%-22s %7.2f\n", ways[i].name.c_str(), 100.0 * flips[i] / ((frames - 1) * static_cast<double>(edges)));
   return table;
 }
 

@@ -103,12 +103,14 @@ std::string compare(offscreen::Renderer& renderer, const offscreen::Tracer& trac
       SdsmState state;
       require(ways[i].solve(frame, view.samples, state, *solution));
       const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, frame, *solution, options);
+      if (picture.predicted.served == 0) break;  // nothing that is seen faces the light
       tallies[i].error.push_back(picture.predicted.mean);
       tallies[i].wrong.push_back(100.0 * picture.wrong.share());
       tallies[i].triangles.push_back(static_cast<double>(picture.image.shadowTriangles));
       tallies[i].ms.push_back(picture.image.frameMs);
     }
   }
+  if (tallies[0].error.empty()) return "nothing that is seen there faces the light\n";
   std::size_t best = 0;
   for (std::size_t i = 1; i < kFixed; ++i)
     if (median(tallies[i].error) < median(tallies[best].error)) best = i;

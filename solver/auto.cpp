@@ -154,6 +154,7 @@ class Chooser {
     }
     while (count >= guessed && move(count + 1)) {
     }
+    if (count > 2) (void)move(1);  // of a cut view one map may need less than any few
     if (!canWarp_) return;
     if (count != guessed) (void)consider({AutoLayout::slices, count, warp}, nullptr);
     // Where nothing but the error counts, rows and faces may use all maps though slices do not.

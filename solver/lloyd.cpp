@@ -36,48 +36,59 @@ Status splitByChoice(const Frame& frame, const Region& region, const LightSpace&
   return Status::ok;
 }
 
-// What a choice comes to.
-struct Candidate {
+// Leaves in `solution`, begun, the choice that needs the fewest texels once it is made: a certificate and what float32 takes for its rounding
+// are part of them, and more than the fits know. False where nothing can be made, or nothing is to be shadowed.
+bool makeBest(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings, const MapSettings& making,
+              int most, Solution& solution) noexcept {
+  MapSettings roughly = making;
+  roughly.warp.warp = Warp::lispsm;
   Splits splits;
   MapFits maps;
-};
-
-// The choice that needs the fewest texels, in one of two places; null where nothing can be made, or nothing is to be shadowed.
-Candidate* findBest(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings,
-                    const MapSettings& making, int most, Candidate (&places)[2]) noexcept {
-  Candidate *best = nullptr, *tried = &places[0];
+  MapFit rough[kMaxPartitions];
+  Solution tried;
   double least = kInfinity;
+  bool areAlike = false;
   const auto consider = [&](const Choice& choice) {
     double refused = 0.0;
     std::uint32_t warnings = 0;
-    Splits& splits = tried->splits;
     splits = {};
     if (splitByChoice(frame, region, light, settings, making, choice, splits, refused, warnings) != Status::ok || warnings != 0 ||
         splits.count == 0)
       return false;
-    const bool byViewDepth = needsViewDepth(region, splits);
-    if (best) {
-      // A named warp says at a tenth of the price what has no hope: in 2100 views of 4, 8 and 12 maps what won by the least warp never
-      // needed more than this by LiSPSM, times the least so far; but for slices, by 1 %. Faces are seldom along LiSPSM's axis.
-      constexpr double kHopeless = 1.4, kHopelessFaces = 2.5;
-      MapSettings rough = making;
-      rough.warp.warp = Warp::lispsm;
-      fitMaps(frame, region, light, splits, rough, byViewDepth, tried->maps);
-      if (!(tried->maps.neededTexels < (hasFaces(choice.scheme) ? kHopelessFaces : kHopeless) * least)) return false;
-    }
-    fitMaps(frame, region, light, splits, making, byViewDepth, tried->maps);
-    if (!(tried->maps.neededTexels < least)) return false;
-    least = tried->maps.neededTexels;
-    best = tried;
-    tried = tried == &places[0] ? &places[1] : &places[0];
-    return true;
+    // A named warp says at a tenth of the price what has no hope: what won by the least warp hardly ever needed more than this by LiSPSM,
+    // times the least so far, in 2700 views of 4, 8 and 16 maps. Faces and what a box has cut are seldom along LiSPSM's axis.
+    constexpr double kHopeless = 2.5, kHopelessAlike = 1.4, kHopelessRows = 1.2;
+    const double hopeless = choice.isRows ? kHopelessRows : areAlike && !hasFaces(choice.scheme) ? kHopelessAlike : kHopeless;
+    fitMaps(frame, region, light, splits, roughly, needsViewDepth(region, splits), maps);
+    const double roughTexels = maps.neededTexels;
+    if (!(roughTexels < hopeless * least)) return false;
+    std::copy_n(maps.fits, splits.count, rough);
+    refitMaps(region, light, splits, making, maps);
+    bool isBetter = false;
+    const auto make = [&](const MapSettings& by) {
+      if (!(maps.neededTexels < least)) return;  // what is made never needs less
+      clear(tried);
+      tried.originWs = solution.originWs;
+      if (placeMaps(frame, region, light, splits, by, maps, tried) != Status::ok || !(tried.neededTexels < least)) return;
+      least = tried.neededTexels;
+      solution = tried;
+      isBetter = true;
+    };
+    make(making);
+    std::copy_n(rough, splits.count, maps.fits);
+    maps.neededTexels = roughTexels;
+    make(roughly);
+    return isBetter;
   };
-  // More z-partitions need fewer texels until overlap outweighs: stop where one fewer is no better.
-  for (int count = most; count >= 1 && consider({LloydScheme::zpw, count}); --count) {
-  }
+  // Of a whole view, whose slices are alike, more z-partitions need fewer texels until overlap outweighs, and more rows of faces too.
+  (void)consider({LloydScheme::zpw, most});
+  areAlike = splits.count > 0 && maps.footprints[splits.count - 1].like == 0;
+  for (int count = most - 1; count >= 1; --count)
+    if (!consider({LloydScheme::zpw, count}) && areAlike) break;
+  if (!areAlike) (void)consider({LloydScheme::fpw, most});
   (void)consider({LloydScheme::fpzpw, most});
   if (settings.rows) (void)consider({LloydScheme::best, most, true});
-  return best;
+  return least < kInfinity;
 }
 
 // k ((f/n)^(1/k) - 1) / (2 tan theta): what self-similar slices leave of the depth range.
@@ -107,13 +118,7 @@ Status solveLloyd(const Frame& frame, const LloydSettings& settings, Solution& s
   if (settings.scheme == LloydScheme::zp) making.warp = {};
   if (isBest) making.warp = {.warp = Warp::least};
   const int most = settings.split.count > 0 ? settings.split.count : frame.budget.partitions;
-  if (isBest) {
-    Candidate places[2];
-    if (Candidate* const best = findBest(frame, region, light, settings, making, most, places)) {
-      const Status status = placeMaps(frame, region, light, best->splits, making, best->maps, solution);
-      return status == Status::ok ? status : refuse(solution, status);
-    }
-  }
+  if (isBest && makeBest(frame, region, light, settings, making, most, solution)) return Status::ok;
   for (int count = settings.split.automatic && !isBest ? 1 : most;; ++count) {
     clear(solution);
     const Choice choice{isBest ? LloydScheme::zpw : settings.scheme, count};

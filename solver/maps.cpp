@@ -81,9 +81,7 @@ WarpHint hintOf(const MapFits& maps, int slice, int trials) noexcept {
 
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
              bool byViewDepth, MapFits& maps) noexcept {
-  // Bounds of samples cut the rectangles; what a warp is certified over would lie outside of them, so maps are not warped there.
-  const WarpSettings warp = region.bounds.empty() ? settings.warp : WarpSettings{};
-  maps.hasServed = splits.isWedged || warp.warp != Warp::none;
+  maps.hasServed = splits.isWedged || (settings.warp.warp != Warp::none && region.bounds.empty());
   const bool mayCopy = region.bounds.empty() && !settings.rectangles && (settings.fit == FitMode::tight || settings.fit == FitMode::slice);
   makeFootprints(region, light, splits, frame.margin, byViewDepth, mayCopy, maps.footprints, maps.hasServed ? maps.served : nullptr);
   for (int i = 0; i < splits.count; ++i) maps.pixels[i] = region.pixelSlope * nearestIn(region, splits.slices[i]) + region.pixelBase;
@@ -91,6 +89,12 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
     for (int i = 0; i < splits.count; ++i)
       if (const Served& served = maps.served[i]; served.count > 0)
         maps.pixels[i] = *std::min_element(served.pixels, served.pixels + served.count);
+  refitMaps(region, light, splits, settings, maps);
+}
+
+void refitMaps(const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings, MapFits& maps) noexcept {
+  // Bounds of samples cut the rectangles; what a warp is certified over would lie outside of them, so maps are not warped there.
+  const WarpSettings warp = region.bounds.empty() ? settings.warp : WarpSettings{};
   const glm::dvec2 view(light.lsFromView[2]);
   const double length = std::sqrt(glm::dot(view, view));
   maps.neededTexels = 0.0;

@@ -38,9 +38,11 @@ void insert(Joints& list, const Joint& joint) noexcept {
   ++list.count;
 }
 
-// The cheapest chain of at most `count` slices between joints no farther apart than `reach` places. Returns its joints.
+// The cheapest chain of at most `count` slices between joints no farther apart than `reach` places. Returns its joints. cost: of the slice
+// from joint a to b after the one from joint `before`, which is a where none is before it. Where the slice before decides what a slice must
+// cover, each one follows the cheapest chain that ends there: not every chain is compared, but all that begin well.
 template <typename Cost, typename Sum>
-Joints cheapestChain(const Joints& from, int count, int reach, const Cost& cost, const Sum& sum) noexcept {
+Joints cheapestChain(const Joints& from, int count, int reach, bool isBlended, const Cost& cost, const Sum& sum) noexcept {
   const int last = from.count - 1;
   double least[kMaxPartitions + 1][kMaxJoints];
   int before[kMaxPartitions + 1][kMaxJoints] = {};
@@ -48,12 +50,19 @@ Joints cheapestChain(const Joints& from, int count, int reach, const Cost& cost,
   least[0][0] = 0.0;
   for (int a = 0; a < last; ++a)
     for (int b = a + 1; b <= std::min(a + reach, last); ++b) {
-      const double own = cost(from.joints[a].start, from.joints[b].end);
-      for (int k = 1; k <= count; ++k)
+      double own = 0.0;
+      int priced = -1;  // after which joint
+      for (int k = 1; k <= count; ++k) {
+        if (!(least[k - 1][a] < kInfinity)) continue;
+        if (const int after = isBlended && k > 1 ? before[k - 1][a] : a; after != priced) {
+          own = cost(after, a, b);
+          priced = after;
+        }
         if (const double total = sum(least[k - 1][a], own); total < least[k][b]) {
           least[k][b] = total;
           before[k][b] = a;
         }
+      }
     }
   int slices = 1;
   for (int k = 2; k <= count; ++k)
@@ -79,16 +88,18 @@ void splitMinimax(const Frame& frame, const Region& region, const LightSpace& li
   const auto depthOf = [&](double step) { return isPerspective ? std::exp(step) : step; };
   const auto stepOf = [&](double depth) { return isPerspective ? std::log(depth) : depth; };
   MapFits maps;
-  const auto cost = [&](double near, double far) {
-    Splits one;
-    one.count = 1;
-    one.slices[0] = {near, far};
-    fitMaps(frame, region, light, one, settings, false, maps);
-    return maps.neededTexels;
-  };
   const auto choose = [&](const Joints& from, int reach) {
-    return settings.shares == Shares::equal ? cheapestChain(from, count, reach, cost, [](double a, double b) { return std::max(a, b); })
-                                            : cheapestChain(from, count, reach, cost, [](double a, double b) { return a + b; });
+    const auto cost = [&](int before, int a, int b) {
+      Splits pair;  // what the slice must cover depends on the one before, which it is blended with
+      if (before != a) pair.slices[pair.count++] = {from.joints[before].start, from.joints[a].end};
+      pair.slices[pair.count++] = {from.joints[a].start, from.joints[b].end};
+      fitMaps(frame, region, light, pair, settings, false, maps);
+      return maps.fits[pair.count - 1].needed;
+    };
+    const bool isBlended = frame.margin.blend > 0.0;
+    return settings.shares == Shares::equal
+               ? cheapestChain(from, count, reach, isBlended, cost, [](double a, double b) { return std::max(a, b); })
+               : cheapestChain(from, count, reach, isBlended, cost, [](double a, double b) { return a + b; });
   };
 
   const double near = region.spans[0].near, far = region.spans[region.spanCount - 1].far;

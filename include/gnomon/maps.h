@@ -55,6 +55,9 @@ struct MapFits {
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
              bool byViewDepth, MapFits& maps) noexcept;
 
+// The same with another warp, of slices that fitMaps has looked at with one.
+void refitMaps(const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings, MapFits& maps) noexcept;
+
 // The second half: places them all and writes the partitions, their errors and the block. Slices that hold nothing get no map, but keep their
 // place in the atlas. maps: what fitMaps made of the same splits and settings; grows to the viewports. Solution::originWs is read. Errors:
 // marginTexels, budgetAtlas, worldSpacePrecision, stableWorldSpace, floatRange.

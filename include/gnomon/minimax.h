@@ -5,7 +5,8 @@
 // are not: here each candidate slice's map is fitted, and dynamic programming takes the planes that
 //   Shares::equal   make the greatest error least
 //   Shares::error   need the fewest texels in all, when texels are shared so that every map ends with the same error
-// over planes spaced evenly in the logarithm of depth, then over ever closer ones about the best.
+// each slice with the blend band that it must cover of the one before, over planes spaced evenly in the logarithm of depth, then over ever
+// closer ones about the best.
 // Shader part: none.
 // Test: tests/minimax_test.cpp
 #pragma once
@@ -14,7 +15,8 @@
 
 namespace GNOMON_EXPORT gnomon {
 
-// Splits the region's depth spans into at most `count` slices; fewer where more would need more texels. Costs some hundred fits.
+// Splits the region's depth spans into at most `count` slices; fewer where more would need more texels. Costs some hundred fits, with
+// a blend band some thousand.
 void splitMinimax(const Frame& frame, const Region& region, const LightSpace& light, const MapSettings& settings, int count,
                   Splits& splits) noexcept;
 

@@ -78,14 +78,15 @@ struct Tally {
 };
 
 void countMaps(const Frame& frame, Solution& solution, Tally& tally) {
-  ++tally.steps;
   for (std::size_t i = 0; i < kZetas.size(); ++i) {
     LspsmSettings settings{.rows = kLetter};
     settings.rows.zeta = kZetas[i];
     RowLayout layout;
     require(solveLspsm(frame, settings, solution, &layout));
+    if (solution.partitionCount == 0) return;  // nothing is in view
+    tally.steps += i == 0;
     tally.maps[i] += solution.partitionCount;
-    if (settings.rows.zeta != kLetter.zeta || layout.count == 0) continue;
+    if (settings.rows.zeta != kLetter.zeta) continue;
     const double degrees = std::atan(layout.shape.tangent) * 180.0 / std::numbers::pi;
     ++tally.theta[static_cast<std::size_t>(std::min(static_cast<int>(degrees / (90.0 / kBins)), kBins - 1))];
     settings.rows.rule = RowRule::paper;
@@ -174,10 +175,11 @@ int walk(const std::vector<std::string>& files, const std::string& folder, int s
       if (step % pictureEvery == pictureEvery / 2)
         drawStep(renderer, tracer, frame, folder + "/" + scene.name + "-" + std::to_string(step), tally);
     }
-    const auto share = [&](std::size_t which) { return 100.0 * tally.wrong[which] / tally.pictures; };
-    table += line("%-12s %6.2f %7.0f%% %9.1f %9.2f %9.2f   %8.2f %8.2f %8.2f %8.2f\n", scene.name.c_str(), tally.maps[4] / tally.steps,
-                  100.0 * tally.refused / tally.steps, tally.rowsMs / tally.pictures, tally.rowsMs / tally.splitsMs,
-                  tally.rowsMs / tally.sampledMs, share(0), share(1), share(2), share(3));
+    const int counted = std::max(tally.steps, 1), drawn = std::max(tally.pictures, 1);  // where something is in view
+    const auto share = [&](std::size_t which) { return 100.0 * tally.wrong[which] / drawn; };
+    table += line("%-12s %6.2f %7.0f%% %9.1f %9.2f %9.2f   %8.2f %8.2f %8.2f %8.2f\n", scene.name.c_str(), tally.maps[4] / counted,
+                  100.0 * tally.refused / counted, tally.rowsMs / drawn, tally.rowsMs / tally.splitsMs, tally.rowsMs / tally.sampledMs,
+                  share(0), share(1), share(2), share(3));
     sampled +=
         "\n" + scene.name + ", walked through its middle\n" + walkSamples(renderer, tracer, bounds, scene.start.lightDirectionWs, steps);
     for (std::size_t i = 0; i < kZetas.size(); ++i) all.maps[i] += tally.maps[i];
@@ -187,10 +189,10 @@ int walk(const std::vector<std::string>& files, const std::string& folder, int s
   table += "\nzeta  ";
   for (const double zeta : kZetas) table += line(" %6.2f", zeta);
   table += "\nN     ";
-  for (const double maps : all.maps) table += line(" %6.2f", maps / all.steps);
+  for (const double maps : all.maps) table += line(" %6.2f", maps / std::max(all.steps, 1));
   table += "\n\ntheta, degrees: share of the steps\n";
   for (int i = 0; i < kBins; ++i) {
-    const int percent = 100 * all.theta[static_cast<std::size_t>(i)] / all.steps;
+    const int percent = 100 * all.theta[static_cast<std::size_t>(i)] / std::max(all.steps, 1);
     if (all.theta[static_cast<std::size_t>(i)] > 0)
       table += line("%2d to %2d %4d %% ", i * 90 / kBins, (i + 1) * 90 / kBins, percent) +
                std::string(static_cast<std::size_t>(percent), '#') + "\n";

@@ -103,12 +103,14 @@ std::string compare(offscreen::Renderer& renderer, const offscreen::Tracer& trac
       SdsmState state;
       require(ways[i].solve(frame, view.samples, state, *solution));
       const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, frame, *solution, options);
+      if (picture.predicted.served == 0) break;  // nothing that is seen faces the light
       tallies[i].error.push_back(picture.predicted.mean);
       tallies[i].wrong.push_back(100.0 * picture.wrong.share());
       tallies[i].triangles.push_back(static_cast<double>(picture.image.shadowTriangles));
       tallies[i].ms.push_back(picture.image.frameMs);
     }
   }
+  if (tallies[0].error.empty()) return "nothing that is seen there faces the light\n";
   std::size_t best = 0;
   for (std::size_t i = 1; i < kFixed; ++i)
     if (median(tallies[i].error) < median(tallies[best].error)) best = i;
@@ -165,10 +167,10 @@ std::string flicker(offscreen::Renderer& renderer, const offscreen::Tracer& trac
       before[i] = std::move(now);
     }
   }
+  if (edges == 0) return "";  // nothing that could flip is seen
   std::string table = line("%-22s %7s\n", "", "flips of each 100 pixels at a true edge, a frame");
   for (std::size_t i = 0; i < ways.size(); ++i)
-    table += line("%-22s %7.2f\n", ways[i].name.c_str(),
-                  100.0 * flips[i] / ((frames - 1) * static_cast<double>(std::max<std::size_t>(edges, 1))));
+    table += line("%-22s %7.2f\n", ways[i].name.c_str(), 100.0 * flips[i] / ((frames - 1) * static_cast<double>(edges)));
   return table;
 }
 

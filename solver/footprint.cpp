@@ -183,27 +183,6 @@ struct Points {
     footprint.depthFar = depthFar;
   }
 
-  // Makes the footprint a copy of an earlier one where the points are copies of its. False where they are not.
-  bool finishCopy(const Points& others, const Footprint& other, double tolerance, int like, Footprint& footprint) noexcept {
-    if (count != others.count) return false;
-    const double scale = footprint.padded.far / other.padded.far;
-    double apart = 0.0;
-    for (int i = 0; i < count; ++i) {
-      const glm::dvec3 gap = glm::abs(ls[i] - others.ls[i] * scale);
-      apart = std::max(apart, gap.x + gap.y + gap.z);
-      if (!(apart <= tolerance * scale)) return false;
-    }
-    footprint.like = like;
-    footprint.scale = scale;
-    footprint.apart = apart;
-    footprint.count = other.count;
-    for (int i = 0; i < other.count; ++i) footprint.hull[i] = other.hull[i] * scale;
-    measureDepth();
-    footprint.depthNear = depthNear;
-    footprint.depthFar = depthFar;
-    return true;
-  }
-
  private:
   void measureDepth() noexcept {
     for (int i = 0; i < count; ++i) {
@@ -221,6 +200,62 @@ struct Points {
     for (int i = 0; i < count; ++i) ls[i] = glm::dvec3(hull[i], depthNear);
   }
 };
+
+// A footprint, and what tells how well those of other slabs are copies of it: between two vertices' `along` a cell is a bundle of edges.
+struct Model {
+  int slice = 0;
+  double from = kInfinity, to = -kInfinity;  // where no other vertex lies between, and nothing but the edges counts
+  double tolerance = 0.0;  // how far a copy's points may be off
+  double atEye = 0.0,
+         perUnit = 0.0;  // the greatest distance, in x, y and depth together, of an edge from the eye at `along` 0, and its slope
+  double leastDepth = kInfinity, mostDepth = -kInfinity;  // per unit of `along`
+};
+
+Model makeModel(int slice, const SeenCell& seen, const DepthSpan& slab, double tolerance) noexcept {
+  Model model;
+  if (seen.isFlat || !seen.isAffine) return model;
+  double from = -kInfinity, to = kInfinity;
+  for (int i = 0; i < seen.vertexCount; ++i) {
+    const double along = seen.vertices[i].along;
+    if (along <= slab.near)
+      from = std::max(from, along);
+    else if (along >= slab.far)
+      to = std::min(to, along);
+    else
+      return model;
+  }
+  for (int i = 0; i < seen.risingCount; ++i) {
+    const Seen &start = seen.rising[i].start, &slope = seen.rising[i].slope;
+    if (start.along > from || seen.rising[i].end < to) continue;
+    const auto atEye = [&](double at, double perUnit) { return std::abs(at - perUnit * start.along); };
+    model.atEye = std::max(model.atEye, atEye(start.x, slope.x) + atEye(start.y, slope.y) + atEye(start.depth, slope.depth));
+    model.perUnit = std::max(model.perUnit, std::abs(slope.x) + std::abs(slope.y) + std::abs(slope.depth));
+    model.leastDepth = std::min(model.leastDepth, slope.depth);
+    model.mostDepth = std::max(model.mostDepth, slope.depth);
+  }
+  model.slice = slice;
+  model.from = from;
+  model.to = to;
+  model.tolerance = tolerance;
+  return model;
+}
+
+// Makes the footprint of a slab a copy of the model's. False where it is not one.
+bool copyModel(const Model& model, const Footprint& other, Footprint& footprint) noexcept {
+  const DepthSpan& slab = footprint.padded;
+  if (!(slab.near >= model.from && slab.far <= model.to)) return false;
+  const double scale = slab.far / other.padded.far;
+  const double apart = std::abs(slab.near - other.padded.near * scale) * model.perUnit + std::abs(1.0 - scale) * model.atEye;
+  if (!(apart <= model.tolerance * scale)) return false;
+  footprint.like = model.slice;
+  footprint.scale = scale;
+  footprint.apart = apart;
+  footprint.count = other.count;
+  for (int i = 0; i < other.count; ++i) footprint.hull[i] = other.hull[i] * scale;
+  footprint.depthNear = std::min(slab.near * model.leastDepth, slab.far * model.leastDepth) - model.atEye;
+  footprint.depthFar = std::max(slab.near * model.mostDepth, slab.far * model.mostDepth) + model.atEye;
+  return true;
+}
 
 // The vertices of what a map serves, with the width of a pixel at each.
 struct ServedPoints {
@@ -427,21 +462,19 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     }
   };
   if (cellCount(region) == 1) {
-    Points points[2];
-    Points *now = &points[0], *model = &points[1];
-    int like = -1;
-    double tolerance = 0.0;
+    Points points;
+    Model model;
     forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
-      now->clear();
-      addSlab(*now, seen, slabOf(s, footprints[s].padded));
-      if (now->count == 0) return;
+      if (copyModel(model, footprints[model.slice], footprints[s])) {
+        addServed(s, seen);
+        return;
+      }
+      points.clear();
+      addSlab(points, seen, slabOf(s, footprints[s].padded));
+      if (points.count == 0) return;
       addServed(s, seen);
-      if (like >= 0 && now->finishCopy(*model, footprints[like], tolerance, like, footprints[s])) return;
-      now->finish(ring, footprints[s]);
-      if (!mayCopy) return;
-      like = s;
-      tolerance = copyTolerance(footprints[s]);
-      std::swap(now, model);
+      points.finish(ring, footprints[s]);
+      if (mayCopy && !splits.isWedged) model = makeModel(s, seen, footprints[s].padded, copyTolerance(footprints[s]));
     });
     keep();
     return;

@@ -8,78 +8,29 @@
 namespace gnomon {
 namespace {
 
-// Which points are the hull's vertices, counter-clockwise, and behind them those inside. Slices of one cell give alike sets of
-// points, so the hull of the last one is a good first guess for the next.
-struct Ring {
-  int pointCount = 0, count = 0;
-  std::uint8_t index[2 * kMaxHull];
-};
-
-// True where the ring is the convex hull of these points too: it turns left everywhere, goes round once and holds the others. Writes its
-// vertices.
-bool isHull(const glm::dvec3* points, int count, const Ring& ring, glm::dvec2* hull) noexcept {
-  if (ring.pointCount != count || ring.count < 3) return false;
-  for (int i = 0; i < ring.count; ++i) hull[i] = glm::dvec2(points[ring.index[i]]);
-  const glm::dvec2& end = hull[ring.count - 1];
-  double least = kInfinity;  // turn
-  int turns = 0;
-  glm::dvec2 last = end - hull[ring.count - 2];
-  for (int i = 0; i < ring.count; ++i) {
-    const glm::dvec2 edge = hull[i] - (i > 0 ? hull[i - 1] : end);
-    least = std::min(least, cross2(last, edge));
-    turns += (last.x < 0.0) != (edge.x < 0.0);
-    last = edge;
-  }
-  if (!(least > 0.0) || turns != 2) return false;
-  for (int j = ring.count; j < count; ++j) {
-    const glm::dvec2 inside(points[ring.index[j]]);
-    glm::dvec2 from = end - inside;
-    for (int i = 0; i < ring.count; ++i) {
-      const glm::dvec2 to = hull[i] - inside;
-      least = std::min(least, cross2(from, to));
-      from = to;
-    }
-  }
-  return least >= 0.0;
-}
-
-// Convex hull of the points' x and y; returns its vertices' number.  (Andrew's monotone chain)
-int makeHull(const glm::dvec3* points, int count, Ring& ring, glm::dvec2* hull) noexcept {
-  if (isHull(points, count, ring, hull)) return ring.count;
-  std::uint8_t order[kMaxHull];
+// Convex hull of the points' x and y, counter-clockwise; returns its vertices' number.  (Andrew's monotone chain)
+int makeHull(const glm::dvec3* points, int count, glm::dvec2* hull) noexcept {
+  glm::dvec2 sorted[kMaxHull];
   for (int i = 0; i < count; ++i) {
     const glm::dvec2 p(points[i]);
     int j = i;
-    for (; j > 0; --j) {
-      const glm::dvec3& before = points[order[j - 1]];
-      if (before.x < p.x || (before.x == p.x && before.y <= p.y)) break;
-      order[j] = order[j - 1];
-    }
-    order[j] = static_cast<std::uint8_t>(i);
+    for (; j > 0 && (p.x < sorted[j - 1].x || (p.x == sorted[j - 1].x && p.y < sorted[j - 1].y)); --j) sorted[j] = sorted[j - 1];
+    sorted[j] = p;
   }
   glm::dvec2 chain[kMaxHull + 1];
   int size = 0;
-  const auto extend = [&](std::uint8_t index, int least) {
-    const glm::dvec2 p(points[index]);
+  const auto extend = [&](const glm::dvec2& p, int least) {
     while (size >= least && !(cross2(chain[size - 1] - chain[size - 2], p - chain[size - 2]) > 0.0)) --size;
-    chain[size] = p;
-    ring.index[size++] = index;
+    chain[size++] = p;
   };
-  for (int i = 0; i < count; ++i) extend(order[i], 2);
+  for (int i = 0; i < count; ++i) extend(sorted[i], 2);
   const int lower = size;
-  for (int i = count - 2; i >= 0; --i) extend(order[i], lower + 1);
+  for (int i = count - 2; i >= 0; --i) extend(sorted[i], lower + 1);
   if (size > 1) --size;  // the first point again
   if (size == 2 && chain[0] == chain[1]) size = 1;
   std::copy_n(chain, size, hull);
-  ring.pointCount = count;
-  ring.count = size;
-  std::uint64_t isVertex = 0;
-  for (int i = 0; i < ring.count; ++i) isVertex |= std::uint64_t{1} << ring.index[i];
-  for (int i = 0; i < count; ++i)
-    if (!(isVertex >> i & 1)) ring.index[size++] = static_cast<std::uint8_t>(i);
-  return ring.count;
+  return size;
 }
-static_assert(kMaxHull <= 64);
 
 // Makes a convex polygon of at most `most` vertices around one of more: edge by edge where it adds the least area, the neighbours of an
 // edge are extended until they meet.
@@ -176,8 +127,8 @@ struct Points {
   }
 
   // What the points say of a footprint.
-  void finish(Ring& ring, Footprint& footprint) noexcept {
-    footprint.count = makeHull(ls, count, ring, footprint.hull);
+  void finish(Footprint& footprint) noexcept {
+    footprint.count = makeHull(ls, count, footprint.hull);
     measureDepth();
     footprint.depthNear = depthNear;
     footprint.depthFar = depthFar;
@@ -193,9 +144,8 @@ struct Points {
   // Makes room where there is none: only the hull's vertices matter.
   void condense() noexcept {
     measureDepth();
-    Ring ring;
     glm::dvec2 hull[kMaxHull];
-    count = makeHull(ls, count, ring, hull);
+    count = makeHull(ls, count, hull);
     count = simplifyHull(hull, count, kMaxHull / 2);
     for (int i = 0; i < count; ++i) ls[i] = glm::dvec3(hull[i], depthNear);
   }
@@ -289,9 +239,8 @@ struct ServedPoints {
         width = std::min(width, all.pixels[i]);
         depth = all.points[i].z;
       }
-      Ring ring;
       glm::dvec2 hull[kMaxHull];
-      count = simplifyHull(hull, makeHull(points, count, ring, hull), kMost);
+      count = simplifyHull(hull, makeHull(points, count, hull), kMost);
       for (int i = 0; i < count; ++i) {
         served->points[served->count] = glm::dvec3(hull[i], depth);
         served->pixels[served->count++] = width;
@@ -454,7 +403,6 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     ServedPoints points{region.pixelSlope, region.pixelBase, &served[s]};
     addSlab(points, seen, slabOf(s, splits.slices[s]));
   };
-  Ring ring;
   const auto keep = [&] {
     for (int s = 0; s < splits.count && !region.bounds.empty(); ++s) {
       const DepthSpan& slice = splits.slices[s];
@@ -473,7 +421,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
       addSlab(points, seen, slabOf(s, footprints[s].padded));
       if (points.count == 0) return;
       addServed(s, seen);
-      points.finish(ring, footprints[s]);
+      points.finish(footprints[s]);
       if (mayCopy && !splits.isWedged) model = makeModel(s, seen, footprints[s].padded, copyTolerance(footprints[s]));
     });
     keep();
@@ -485,7 +433,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     addServed(s, seen);
   });
   for (int s = 0; s < splits.count; ++s)
-    if (points[s].count > 0) points[s].finish(ring, footprints[s]);
+    if (points[s].count > 0) points[s].finish(footprints[s]);
   keep();
 }
 

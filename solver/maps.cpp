@@ -83,6 +83,7 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
              bool byViewDepth, MapFits& maps) noexcept {
   // Bounds of samples cut the rectangles; what a warp is certified over would lie outside of them, so maps are not warped there.
   const WarpSettings warp = region.bounds.empty() ? settings.warp : WarpSettings{};
+  maps.byViewDepth = byViewDepth;
   maps.hasServed = splits.isWedged || warp.warp != Warp::none;
   const bool mayCopy = region.bounds.empty() && !settings.rectangles && (settings.fit == FitMode::tight || settings.fit == FitMode::slice);
   makeFootprints(region, light, splits, frame.margin, byViewDepth, mayCopy, maps.footprints, maps.hasServed ? maps.served : nullptr);
@@ -135,9 +136,9 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     clearBlock(solution.block);
     return Status::ok;
   }
-  const bool byViewDepth = needsViewDepth(region, splits);
   for (int i = 0, m = 0; i < splits.count; ++i)
-    if (maps.footprints[i].count > 0) giveRoom(frame.margin.motion[m++], maps.fits[i]);
+    if (maps.footprints[i].count > 0)
+      if (const double motion = frame.margin.motion[m++]; motion > 0.0) giveRoom(motion, maps.fits[i]);
   double shares[kMaxPartitions];
   const bool isShared = settings.shares == Shares::error && maps.neededTexels > 0.0;
   for (int i = 0; isShared && i < splits.count; ++i) shares[i] = maps.fits[i].needed / maps.neededTexels;
@@ -147,7 +148,7 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
 
   std::uint32_t warnings = region.warnings;
   if (atlas.reduced) warnings |= static_cast<std::uint32_t>(Warning::atlasReduced);
-  if (byViewDepth) warnings |= static_cast<std::uint32_t>(Warning::viewDepthSelection);
+  if (maps.byViewDepth) warnings |= static_cast<std::uint32_t>(Warning::viewDepthSelection);
   const glm::dvec3 eyeMinusOrigin = region.eyeWs - solution.originWs;
   glm::dmat4 clipFromWorld[kMaxPartitions];
   CullShape cullShape;
@@ -194,8 +195,8 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
   solution.layers = frame.shadowMap.layout == MapLayout::layers ? made.count : atlas.layers;
   solution.warnings = warnings;
   solution.storageFactor = solution.neededTexels / (frame.image.width * frame.image.height);
-  const bool isFinite = writeBlock(frame, region, light, made, byViewDepth, clipFromWorld, solution) && std::isfinite(solution.maxError) &&
-                        std::isfinite(solution.storageFactor) && std::isfinite(solution.limitTexels);
+  const bool isFinite = writeBlock(frame, region, light, made, maps.byViewDepth, clipFromWorld, solution) &&
+                        std::isfinite(solution.maxError) && std::isfinite(solution.storageFactor) && std::isfinite(solution.limitTexels);
   return isFinite ? Status::ok : Status::floatRange;
 }
 

@@ -128,19 +128,21 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
 
 MapFit copyFit(const MapFit& fit, const Footprint& footprint) noexcept {
   MapFit copy = fit;
-  copy.s.z *= footprint.scale;
-  copy.t.z *= footprint.scale;
-  copy.w = {fit.w.x / footprint.scale, fit.w.y / footprint.scale, fit.w.z};
-  const double low = footprint.apart * std::sqrt(copy.w.x * copy.w.x + copy.w.y * copy.w.y), raise = 1.0 / (1.0 - low);
-  copy.s *= raise;  // the same map, w >= 1 on all that it must hold
-  copy.t *= raise;
-  copy.w *= raise;
+  if (fit.isWarped) {
+    copy.s.z *= footprint.scale;
+    copy.t.z *= footprint.scale;
+    copy.w = {fit.w.x / footprint.scale, fit.w.y / footprint.scale, fit.w.z};
+    const double low = footprint.apart * std::sqrt(copy.w.x * copy.w.x + copy.w.y * copy.w.y), raise = 1.0 / (1.0 - low);
+    copy.s *= raise;  // the same map, w >= 1 on all that it must hold
+    copy.t *= raise;
+    copy.w *= raise;
+    copy.depthCentre = std::clamp(fit.depthCentre * footprint.scale, footprint.depthNear, footprint.depthFar);
+  }
   const glm::dvec2 room = footprint.apart * unitsPerWorld(copy);
   copy.least = fit.least * footprint.scale - room;
   copy.size = fit.size * footprint.scale + 2.0 * room;
   copy.depthNear = footprint.depthNear;
   copy.depthFar = footprint.depthFar;
-  copy.depthCentre = std::clamp(fit.depthCentre * footprint.scale, copy.depthNear, copy.depthFar);
   return copy;
 }
 

@@ -67,8 +67,8 @@ struct Seen {
 // An edge that is not parallel to the slabs, from where `along` is less to where it is more.
 struct Rising {
   std::uint8_t from, to;
-  Seen start, slope;  // where it rises from; per unit of `along`
-  double end;  // `along` of the other vertex
+  double start, end;  // `along` of both
+  Seen slope;  // per unit of `along`
 };
 
 // A cell seen from the light.
@@ -87,23 +87,25 @@ void look(const Cell& cell, const glm::dmat4& lsFromView, const Plane& axis, See
   seen.risingCount = 0;
   seen.risingVertices = 0;
   seen.isAffine = lsFromView[0][3] == 0.0 && lsFromView[1][3] == 0.0 && lsFromView[2][3] == 0.0 && lsFromView[3][3] == 1.0;
+  double along[kMaxCellVertices];
   for (int v = 0; v < cell.vertexCount; ++v) {
     const glm::dvec3& vs = cell.vertices[v];
+    along[v] = glm::dot(axis.normal, vs) + axis.offset;
     const auto row = [&](int r) { return lsFromView[0][r] * vs.x + lsFromView[1][r] * vs.y + lsFromView[2][r] * vs.z + lsFromView[3][r]; };
-    seen.vertices[v] = {row(0), row(1), row(2), seen.isAffine ? 1.0 : row(3), vs.z, glm::dot(axis.normal, vs) + axis.offset};
+    seen.vertices[v] = {row(0), row(1), row(2), seen.isAffine ? 1.0 : row(3), vs.z, along[v]};
   }
   for (int i = 0; i < cell.edgeCount; ++i) {
     std::uint8_t from = cell.edges[i].from, to = cell.edges[i].to;
-    if (seen.vertices[from].along == seen.vertices[to].along) continue;
-    if (seen.vertices[from].along > seen.vertices[to].along) std::swap(from, to);
+    if (along[from] == along[to]) continue;
+    if (along[from] > along[to]) std::swap(from, to);
     const Seen &p = seen.vertices[from], &q = seen.vertices[to];
-    const double perUnit = 1.0 / (q.along - p.along);
+    const double perUnit = 1.0 / (along[to] - along[from]);
     seen.rising[seen.risingCount++] = {
         from,
         to,
-        p,
-        {(q.x - p.x) * perUnit, (q.y - p.y) * perUnit, (q.depth - p.depth) * perUnit, (q.w - p.w) * perUnit, (q.z - p.z) * perUnit, 1.0},
-        q.along};
+        along[from],
+        along[to],
+        {(q.x - p.x) * perUnit, (q.y - p.y) * perUnit, (q.depth - p.depth) * perUnit, (q.w - p.w) * perUnit, (q.z - p.z) * perUnit, 1.0}};
     seen.risingVertices |= std::uint64_t{1} << from | std::uint64_t{1} << to;
   }
   seen.isFlat = std::popcount(seen.risingVertices) != seen.vertexCount;
@@ -175,9 +177,10 @@ Model makeModel(int slice, const SeenCell& seen, const DepthSpan& slab, double t
       return model;
   }
   for (int i = 0; i < seen.risingCount; ++i) {
-    const Seen &start = seen.rising[i].start, &slope = seen.rising[i].slope;
-    if (start.along > from || seen.rising[i].end < to) continue;
-    const auto atEye = [&](double at, double perUnit) { return std::abs(at - perUnit * start.along); };
+    const Rising& edge = seen.rising[i];
+    if (edge.start > from || edge.end < to) continue;
+    const Seen &start = seen.vertices[edge.from], &slope = edge.slope;
+    const auto atEye = [&](double at, double perUnit) { return std::abs(at - perUnit * edge.start); };
     model.atEye = std::max(model.atEye, atEye(start.x, slope.x) + atEye(start.y, slope.y) + atEye(start.depth, slope.depth));
     model.perUnit = std::max(model.perUnit, std::abs(slope.x) + std::abs(slope.y) + std::abs(slope.depth));
     model.leastDepth = std::min(model.leastDepth, slope.depth);
@@ -271,14 +274,14 @@ void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept
       if (const double along = seen.vertices[i].along; !(seen.risingVertices >> i & 1) && along >= slab.near && along <= slab.far)
         addVertex(i);
   const auto addBetween = [&](const Rising& edge, double along) {
-    const Seen &from = edge.start, &slope = edge.slope;
-    const double t = along - from.along;
+    const Seen &from = seen.vertices[edge.from], &slope = edge.slope;
+    const double t = along - edge.start;
     add(from.x + slope.x * t, from.y + slope.y * t, from.depth + slope.depth * t, from.w + slope.w * t, from.z + slope.z * t);
   };
   for (int i = 0; i < seen.risingCount; ++i) {
     const Rising& edge = seen.rising[i];
-    if (edge.start.along > slab.far || edge.end < slab.near) continue;
-    edge.start.along < slab.near ? addBetween(edge, slab.near) : addVertex(edge.from);
+    if (edge.start > slab.far || edge.end < slab.near) continue;
+    edge.start < slab.near ? addBetween(edge, slab.near) : addVertex(edge.from);
     edge.end > slab.far ? addBetween(edge, slab.far) : addVertex(edge.to);
   }
 }

@@ -154,7 +154,8 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
   CullShape cullShape;
   makeCaps(region, light, cullShape);
   Splits made;
-  made.rows = splits.rows;
+  made.isWedged = splits.isWedged;
+  if (splits.isWedged) made.rows = splits.rows;
   for (int i = 0; i < splits.count; ++i) {
     made.rows.cells[i] = maps.footprints[i].count == 0 ? -1 : made.count;
     if (maps.footprints[i].count == 0) continue;
@@ -162,7 +163,6 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     Partition& map = solution.partitions[m];
     MapFit& fit = maps.fits[i];
     made.slices[m] = splits.slices[i];
-    made.isWedged = splits.isWedged;
     if (splits.isWedged) made.wedges[m] = splits.wedges[i];
     map.near = splits.slices[i].near;
     map.far = splits.slices[i].far;

@@ -30,6 +30,11 @@ inline Pair lesser(Pair a, Pair b) noexcept { return {a[0] < b[0] ? a[0] : b[0],
 inline Pair greater(Pair a, Pair b) noexcept { return {a[0] > b[0] ? a[0] : b[0], a[1] > b[1] ? a[1] : b[1]}; }
 #endif
 
+inline Pair both(double x) noexcept {
+  const Pair pair = {x, x};
+  return pair;
+}
+
 // Twice the signed area of the triangle 0, a, b.
 inline double cross2(const glm::dvec2& a, const glm::dvec2& b) noexcept { return a.x * b.y - a.y * b.x; }
 

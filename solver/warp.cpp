@@ -244,17 +244,19 @@ class Search {
   // Sends a line to infinity.
   void place(double phi, double kappa) noexcept {
     const double c = std::cos(phi), s = std::sin(phi);
-    double from = kInfinity, to = -kInfinity;
+    double alongs[kMaxHull], from = kInfinity, to = -kInfinity;
     for (int i = 0; i < footprint_.count; ++i) {
-      const double along = u_[i] = c * footprint_.hull[i].x + s * footprint_.hull[i].y;
+      const double along = alongs[i] = c * footprint_.hull[i].x + s * footprint_.hull[i].y;
       from = from < along ? from : along;
       to = to > along ? to : along;
     }
     const double d = (kappa == 0.0 ? 0.0 : std::exp(kappa) - 1.0) / (to - from);
     double rangeU = 0.0, leastV = kInfinity, mostV = -kInfinity, widestU = 0.0, widestV = 0.0;
     for (int i = 0; i < footprint_.count; ++i) {
-      const double along = u_[i] - from, perW = 1.0 / (1.0 + d * along);
-      const double u = u_[i] = along * perW, v = v_[i] = (c * footprint_.hull[i].y - s * footprint_.hull[i].x) * perW;
+      const double along = alongs[i] - from, perW = 1.0 / (1.0 + d * along);
+      const double u = along * perW, v = (c * footprint_.hull[i].y - s * footprint_.hull[i].x) * perW;
+      u_[i] = both(u);
+      v_[i] = both(v);
       rangeU = rangeU > u ? rangeU : u;
       leastV = leastV < v ? leastV : v;
       mostV = mostV > v ? mostV : v;
@@ -264,9 +266,9 @@ class Search {
       const glm::dvec3& p = served_.points[i];
       const double w = 1.0 + d * (c * p.x + s * p.y - from), square = w * w, slope = d * (c * p.y - s * p.x), xx = square * density_[i];
       const double yy = (slope * slope + square) * xx;
-      xx_[i] = xx;
-      xy_[i] = -2.0 * slope * xx;
-      yy_[i] = yy;
+      xx_[i] = both(xx);
+      xy_[i] = both(-2.0 * slope * xx);
+      yy_[i] = both(yy);
       widestU = widestU > xx ? widestU : xx;
       widestV = widestV > yy ? widestV : yy;
     }
@@ -292,7 +294,8 @@ class Search {
 
   const Footprint& footprint_;
   const Served& served_;
-  double density_[kMaxHull], u_[kMaxHull], v_[kMaxHull], xx_[kMaxHull], xy_[kMaxHull], yy_[kMaxHull];
+  double density_[kMaxHull];
+  Pair u_[kMaxHull], v_[kMaxHull], xx_[kMaxHull], xy_[kMaxHull], yy_[kMaxHull];  // each twice
   double even_ = 0.0, perRatio_ = 1.0, stretch_ = 1.0;  // F squared along the line and across it; what scales it there
   Found found_[kStarts];
   int count_ = 0;

@@ -29,39 +29,46 @@ glm::ivec2 viewportSize(const MapFit& fit, double texels, double margin, const L
   return {width, height};
 }
 
-// Shelves of the given width, at least the widest map's, tallest map first. Returns the height used.
-int shelve(const glm::ivec2* sizes, const int* order, int count, int width, int border, glm::ivec4* viewports) noexcept {
-  int x = 0, y = 0, shelf = 0;
+// A map with its border.
+struct Bordered {
+  int width, height;
+  int map;
+};
+
+// Shelves of the given width, at least the widest cell's, tallest cell first. Calls visit(cell, x, y) for each. Returns the height used.
+template <class Visit>
+int shelve(const Bordered* cells, int count, int width, Visit&& visit) noexcept {
+  int x = 0, y = 0, next = 0;  // the next shelf is as high as the first of this one
   for (int i = 0; i < count; ++i) {
-    const glm::ivec2 cell = sizes[order[i]] + 2 * border;
-    if (x + cell.x > width) {
-      y += shelf;
-      x = shelf = 0;
+    if (x + cells[i].width > width || i == 0) {
+      x = 0;
+      y = next;
+      next += cells[i].height;
     }
-    if (viewports) viewports[order[i]] = glm::ivec4(x + border, y + border, sizes[order[i]]);
-    shelf = std::max(shelf, cell.y);
-    x += cell.x;
+    visit(cells[i], x, y);
+    x += cells[i].width;
   }
-  return y + shelf;
+  return next;
 }
 
 // The smallest atlas within the limits; false where none holds the maps.
 bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, Atlas& atlas) noexcept {
-  int order[kMaxPartitions];
-  for (int i = 0; i < count; ++i) {  // insertion sort by falling height
-    int j = i;
-    for (; j > 0 && sizes[order[j - 1]].y < sizes[i].y; --j) order[j] = order[j - 1];
-    order[j] = i;
-  }
+  Bordered cells[kMaxPartitions];
   int widest = 0;
-  for (int i = 0; i < count; ++i) widest = std::max(widest, sizes[i].x + 2 * border);
+  for (int i = 0; i < count; ++i) {  // insertion sort by falling height
+    const Bordered cell{sizes[i].x + 2 * border, sizes[i].y + 2 * border, i};
+    int j = i;
+    for (; j > 0 && cells[j - 1].height < cell.height; --j) cells[j] = cells[j - 1];
+    cells[j] = cell;
+    widest = std::max(widest, cell.width);
+  }
   std::int64_t leastArea = -1;
   int bestWidth = 0, bestHeight = 0;
   for (int last = 0, sum = 0; last < count; ++last) {  // as wide as the tallest maps side by side
-    sum += sizes[order[last]].x + 2 * border;
+    sum += cells[last].width;
     const int width = std::max(sum, widest);
     if (width > most.width) break;
-    const int height = shelve(sizes, order, count, width, border, nullptr);
+    const int height = shelve(cells, count, width, [](const Bordered&, int, int) {});
     if (height > most.height) continue;
     const std::int64_t area = static_cast<std::int64_t>(width) * height;
     if (leastArea >= 0 && (area > leastArea || (area == leastArea && std::max(width, height) >= std::max(bestWidth, bestHeight)))) continue;
@@ -70,7 +77,8 @@ bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, A
     bestHeight = height;
   }
   if (leastArea < 0) return false;
-  shelve(sizes, order, count, bestWidth, border, atlas.viewports);
+  shelve(cells, count, bestWidth,
+         [&](const Bordered& cell, int x, int y) { atlas.viewports[cell.map] = glm::ivec4(x + border, y + border, sizes[cell.map]); });
   atlas.size = {bestWidth, bestHeight};
   atlas.layers = 1;
   return true;

@@ -21,17 +21,26 @@ double sliceDiameter(const Region& region, const DepthSpan& slab) noexcept {
   return std::sqrt(squared);
 }
 
+struct Bounds {
+  glm::dvec2 least, most;  // along an axis and across it
+};
+
+Bounds boundsAlong(const Footprint& footprint, const glm::dvec2& axis) noexcept {
+  Pair least = {kInfinity, kInfinity}, most = {-kInfinity, -kInfinity};
+  const Pair x = {axis.x, -axis.y}, y = {axis.y, axis.x};
+  for (int i = 0; i < footprint.count; ++i) {
+    const Pair p = x * footprint.hull[i].x + y * footprint.hull[i].y;
+    least = lesser(least, p);
+    most = greater(most, p);
+  }
+  return {{least[0], least[1]}, {most[0], most[1]}};
+}
+
 // The rectangle along an axis; no side shorter than a pixel.
 void fitAlong(const Footprint& footprint, glm::dvec2 axis, double pixel, MapFit& fit) noexcept {
   fit.s = glm::dvec3(axis, 0.0);
   fit.t = {-axis.y, axis.x, 0.0};
-  glm::dvec2 least(kInfinity), most(-kInfinity);
-  for (int i = 0; i < footprint.count; ++i) {
-    const glm::dvec2& p = footprint.hull[i];
-    const double x = p.x * axis.x + p.y * axis.y, y = axis.x * p.y - axis.y * p.x;
-    least = {x < least.x ? x : least.x, y < least.y ? y : least.y};
-    most = {x > most.x ? x : most.x, y > most.y ? y : most.y};
-  }
+  const auto [least, most] = boundsAlong(footprint, axis);
   fit.size = {std::max(most.x - least.x, pixel), std::max(most.y - least.y, pixel)};
   fit.least = (least + most - fit.size) / 2.0;
 }
@@ -53,22 +62,14 @@ void fitLeast(const Footprint& footprint, double pixel, MapFit& fit) noexcept {
     for (int j = 0; j < triedCount && !isTried; ++j) isTried = std::abs(cross2(tried[j], axis)) < kParallel;
     if (isTried) continue;
     tried[triedCount++] = axis;
-    const double x0 = glm::dot(hull[0], axis), y0 = cross2(axis, hull[0]);
-    double left = x0, right = x0, low = y0, high = y0;
-    for (int j = 1; j < footprint.count; ++j) {
-      const double x = hull[j].x * axis.x + hull[j].y * axis.y, y = axis.x * hull[j].y - axis.y * hull[j].x;
-      left = x < left ? x : left;
-      right = x > right ? x : right;
-      low = y < low ? y : low;
-      high = y > high ? y : high;
-    }
-    const glm::dvec2 span(right - left, high - low), size(std::max(span.x, pixel), std::max(span.y, pixel));
+    const Bounds bounds = boundsAlong(footprint, axis);
+    const glm::dvec2 span = bounds.most - bounds.least, size(std::max(span.x, pixel), std::max(span.y, pixel));
     if (!(size.x * size.y < leastArea)) continue;
     leastArea = size.x * size.y;
     fit.s = glm::dvec3(axis, 0.0);
     fit.t = {-axis.y, axis.x, 0.0};
     fit.size = size;
-    fit.least = glm::dvec2(left, low) - (size - span) / 2.0;
+    fit.least = bounds.least - (size - span) / 2.0;
   }
 }
 
@@ -128,19 +129,21 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
 
 MapFit copyFit(const MapFit& fit, const Footprint& footprint) noexcept {
   MapFit copy = fit;
-  copy.s.z *= footprint.scale;
-  copy.t.z *= footprint.scale;
-  copy.w = {fit.w.x / footprint.scale, fit.w.y / footprint.scale, fit.w.z};
-  const double low = footprint.apart * std::sqrt(copy.w.x * copy.w.x + copy.w.y * copy.w.y), raise = 1.0 / (1.0 - low);
-  copy.s *= raise;  // the same map, w >= 1 on all that it must hold
-  copy.t *= raise;
-  copy.w *= raise;
+  if (fit.isWarped) {
+    copy.s.z *= footprint.scale;
+    copy.t.z *= footprint.scale;
+    copy.w = {fit.w.x / footprint.scale, fit.w.y / footprint.scale, fit.w.z};
+    const double low = footprint.apart * std::sqrt(copy.w.x * copy.w.x + copy.w.y * copy.w.y), raise = 1.0 / (1.0 - low);
+    copy.s *= raise;  // the same map, w >= 1 on all that it must hold
+    copy.t *= raise;
+    copy.w *= raise;
+    copy.depthCentre = std::clamp(fit.depthCentre * footprint.scale, footprint.depthNear, footprint.depthFar);
+  }
   const glm::dvec2 room = footprint.apart * unitsPerWorld(copy);
   copy.least = fit.least * footprint.scale - room;
   copy.size = fit.size * footprint.scale + 2.0 * room;
   copy.depthNear = footprint.depthNear;
   copy.depthFar = footprint.depthFar;
-  copy.depthCentre = std::clamp(fit.depthCentre * footprint.scale, copy.depthNear, copy.depthFar);
   return copy;
 }
 

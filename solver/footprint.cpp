@@ -8,78 +8,29 @@
 namespace gnomon {
 namespace {
 
-// Which points are the hull's vertices, counter-clockwise, and behind them those inside. Slices of one cell give alike sets of
-// points, so the hull of the last one is a good first guess for the next.
-struct Ring {
-  int pointCount = 0, count = 0;
-  std::uint8_t index[2 * kMaxHull];
-};
-
-// True where the ring is the convex hull of these points too: it turns left everywhere, goes round once and holds the others. Writes its
-// vertices.
-bool isHull(const glm::dvec3* points, int count, const Ring& ring, glm::dvec2* hull) noexcept {
-  if (ring.pointCount != count || ring.count < 3) return false;
-  for (int i = 0; i < ring.count; ++i) hull[i] = glm::dvec2(points[ring.index[i]]);
-  const glm::dvec2& end = hull[ring.count - 1];
-  double least = kInfinity;  // turn
-  int turns = 0;
-  glm::dvec2 last = end - hull[ring.count - 2];
-  for (int i = 0; i < ring.count; ++i) {
-    const glm::dvec2 edge = hull[i] - (i > 0 ? hull[i - 1] : end);
-    least = std::min(least, cross2(last, edge));
-    turns += (last.x < 0.0) != (edge.x < 0.0);
-    last = edge;
-  }
-  if (!(least > 0.0) || turns != 2) return false;
-  for (int j = ring.count; j < count; ++j) {
-    const glm::dvec2 inside(points[ring.index[j]]);
-    glm::dvec2 from = end - inside;
-    for (int i = 0; i < ring.count; ++i) {
-      const glm::dvec2 to = hull[i] - inside;
-      least = std::min(least, cross2(from, to));
-      from = to;
-    }
-  }
-  return least >= 0.0;
-}
-
-// Convex hull of the points' x and y; returns its vertices' number.  (Andrew's monotone chain)
-int makeHull(const glm::dvec3* points, int count, Ring& ring, glm::dvec2* hull) noexcept {
-  if (isHull(points, count, ring, hull)) return ring.count;
-  std::uint8_t order[kMaxHull];
+// Convex hull of the points' x and y, counter-clockwise; returns its vertices' number.  (Andrew's monotone chain)
+int makeHull(const glm::dvec3* points, int count, glm::dvec2* hull) noexcept {
+  glm::dvec2 sorted[kMaxHull];
   for (int i = 0; i < count; ++i) {
     const glm::dvec2 p(points[i]);
     int j = i;
-    for (; j > 0; --j) {
-      const glm::dvec3& before = points[order[j - 1]];
-      if (before.x < p.x || (before.x == p.x && before.y <= p.y)) break;
-      order[j] = order[j - 1];
-    }
-    order[j] = static_cast<std::uint8_t>(i);
+    for (; j > 0 && (p.x < sorted[j - 1].x || (p.x == sorted[j - 1].x && p.y < sorted[j - 1].y)); --j) sorted[j] = sorted[j - 1];
+    sorted[j] = p;
   }
   glm::dvec2 chain[kMaxHull + 1];
   int size = 0;
-  const auto extend = [&](std::uint8_t index, int least) {
-    const glm::dvec2 p(points[index]);
+  const auto extend = [&](const glm::dvec2& p, int least) {
     while (size >= least && !(cross2(chain[size - 1] - chain[size - 2], p - chain[size - 2]) > 0.0)) --size;
-    chain[size] = p;
-    ring.index[size++] = index;
+    chain[size++] = p;
   };
-  for (int i = 0; i < count; ++i) extend(order[i], 2);
+  for (int i = 0; i < count; ++i) extend(sorted[i], 2);
   const int lower = size;
-  for (int i = count - 2; i >= 0; --i) extend(order[i], lower + 1);
+  for (int i = count - 2; i >= 0; --i) extend(sorted[i], lower + 1);
   if (size > 1) --size;  // the first point again
   if (size == 2 && chain[0] == chain[1]) size = 1;
   std::copy_n(chain, size, hull);
-  ring.pointCount = count;
-  ring.count = size;
-  std::uint64_t isVertex = 0;
-  for (int i = 0; i < ring.count; ++i) isVertex |= std::uint64_t{1} << ring.index[i];
-  for (int i = 0; i < count; ++i)
-    if (!(isVertex >> i & 1)) ring.index[size++] = static_cast<std::uint8_t>(i);
-  return ring.count;
+  return size;
 }
-static_assert(kMaxHull <= 64);
 
 // Makes a convex polygon of at most `most` vertices around one of more: edge by edge where it adds the least area, the neighbours of an
 // edge are extended until they meet.
@@ -116,8 +67,8 @@ struct Seen {
 // An edge that is not parallel to the slabs, from where `along` is less to where it is more.
 struct Rising {
   std::uint8_t from, to;
-  Seen start, slope;  // where it rises from; per unit of `along`
-  double end;  // `along` of the other vertex
+  double start, end;  // `along` of both
+  Seen slope;  // per unit of `along`
 };
 
 // A cell seen from the light.
@@ -136,23 +87,25 @@ void look(const Cell& cell, const glm::dmat4& lsFromView, const Plane& axis, See
   seen.risingCount = 0;
   seen.risingVertices = 0;
   seen.isAffine = lsFromView[0][3] == 0.0 && lsFromView[1][3] == 0.0 && lsFromView[2][3] == 0.0 && lsFromView[3][3] == 1.0;
+  double along[kMaxCellVertices];
   for (int v = 0; v < cell.vertexCount; ++v) {
     const glm::dvec3& vs = cell.vertices[v];
+    along[v] = glm::dot(axis.normal, vs) + axis.offset;
     const auto row = [&](int r) { return lsFromView[0][r] * vs.x + lsFromView[1][r] * vs.y + lsFromView[2][r] * vs.z + lsFromView[3][r]; };
-    seen.vertices[v] = {row(0), row(1), row(2), seen.isAffine ? 1.0 : row(3), vs.z, glm::dot(axis.normal, vs) + axis.offset};
+    seen.vertices[v] = {row(0), row(1), row(2), seen.isAffine ? 1.0 : row(3), vs.z, along[v]};
   }
   for (int i = 0; i < cell.edgeCount; ++i) {
     std::uint8_t from = cell.edges[i].from, to = cell.edges[i].to;
-    if (seen.vertices[from].along == seen.vertices[to].along) continue;
-    if (seen.vertices[from].along > seen.vertices[to].along) std::swap(from, to);
+    if (along[from] == along[to]) continue;
+    if (along[from] > along[to]) std::swap(from, to);
     const Seen &p = seen.vertices[from], &q = seen.vertices[to];
-    const double perUnit = 1.0 / (q.along - p.along);
+    const double perUnit = 1.0 / (along[to] - along[from]);
     seen.rising[seen.risingCount++] = {
         from,
         to,
-        p,
-        {(q.x - p.x) * perUnit, (q.y - p.y) * perUnit, (q.depth - p.depth) * perUnit, (q.w - p.w) * perUnit, (q.z - p.z) * perUnit, 1.0},
-        q.along};
+        along[from],
+        along[to],
+        {(q.x - p.x) * perUnit, (q.y - p.y) * perUnit, (q.depth - p.depth) * perUnit, (q.w - p.w) * perUnit, (q.z - p.z) * perUnit, 1.0}};
     seen.risingVertices |= std::uint64_t{1} << from | std::uint64_t{1} << to;
   }
   seen.isFlat = std::popcount(seen.risingVertices) != seen.vertexCount;
@@ -176,32 +129,11 @@ struct Points {
   }
 
   // What the points say of a footprint.
-  void finish(Ring& ring, Footprint& footprint) noexcept {
-    footprint.count = makeHull(ls, count, ring, footprint.hull);
+  void finish(Footprint& footprint) noexcept {
+    footprint.count = makeHull(ls, count, footprint.hull);
     measureDepth();
     footprint.depthNear = depthNear;
     footprint.depthFar = depthFar;
-  }
-
-  // Makes the footprint a copy of an earlier one where the points are copies of its. False where they are not.
-  bool finishCopy(const Points& others, const Footprint& other, double tolerance, int like, Footprint& footprint) noexcept {
-    if (count != others.count) return false;
-    const double scale = footprint.padded.far / other.padded.far;
-    double apart = 0.0;
-    for (int i = 0; i < count; ++i) {
-      const glm::dvec3 gap = glm::abs(ls[i] - others.ls[i] * scale);
-      apart = std::max(apart, gap.x + gap.y + gap.z);
-      if (!(apart <= tolerance * scale)) return false;
-    }
-    footprint.like = like;
-    footprint.scale = scale;
-    footprint.apart = apart;
-    footprint.count = other.count;
-    for (int i = 0; i < other.count; ++i) footprint.hull[i] = other.hull[i] * scale;
-    measureDepth();
-    footprint.depthNear = depthNear;
-    footprint.depthFar = depthFar;
-    return true;
   }
 
  private:
@@ -214,13 +146,69 @@ struct Points {
   // Makes room where there is none: only the hull's vertices matter.
   void condense() noexcept {
     measureDepth();
-    Ring ring;
     glm::dvec2 hull[kMaxHull];
-    count = makeHull(ls, count, ring, hull);
+    count = makeHull(ls, count, hull);
     count = simplifyHull(hull, count, kMaxHull / 2);
     for (int i = 0; i < count; ++i) ls[i] = glm::dvec3(hull[i], depthNear);
   }
 };
+
+// A footprint, and what tells how well those of other slabs are copies of it: between two vertices' `along` a cell is a bundle of edges.
+struct Model {
+  int slice = 0;
+  double from = kInfinity, to = -kInfinity;  // where no other vertex lies between, and nothing but the edges counts
+  double tolerance = 0.0;  // how far a copy's points may be off
+  double atEye = 0.0,
+         perUnit = 0.0;  // the greatest distance, in x, y and depth together, of an edge from the eye at `along` 0, and its slope
+  double leastDepth = kInfinity, mostDepth = -kInfinity;  // per unit of `along`
+};
+
+Model makeModel(int slice, const SeenCell& seen, const DepthSpan& slab, double tolerance) noexcept {
+  Model model;
+  if (seen.isFlat || !seen.isAffine) return model;
+  double from = -kInfinity, to = kInfinity;
+  for (int i = 0; i < seen.vertexCount; ++i) {
+    const double along = seen.vertices[i].along;
+    if (along <= slab.near)
+      from = std::max(from, along);
+    else if (along >= slab.far)
+      to = std::min(to, along);
+    else
+      return model;
+  }
+  for (int i = 0; i < seen.risingCount; ++i) {
+    const Rising& edge = seen.rising[i];
+    if (edge.start > from || edge.end < to) continue;
+    const Seen &start = seen.vertices[edge.from], &slope = edge.slope;
+    const auto atEye = [&](double at, double perUnit) { return std::abs(at - perUnit * edge.start); };
+    model.atEye = std::max(model.atEye, atEye(start.x, slope.x) + atEye(start.y, slope.y) + atEye(start.depth, slope.depth));
+    model.perUnit = std::max(model.perUnit, std::abs(slope.x) + std::abs(slope.y) + std::abs(slope.depth));
+    model.leastDepth = std::min(model.leastDepth, slope.depth);
+    model.mostDepth = std::max(model.mostDepth, slope.depth);
+  }
+  model.slice = slice;
+  model.from = from;
+  model.to = to;
+  model.tolerance = tolerance;
+  return model;
+}
+
+// Makes the footprint of a slab a copy of the model's. False where it is not one.
+bool copyModel(const Model& model, const Footprint& other, Footprint& footprint) noexcept {
+  const DepthSpan& slab = footprint.padded;
+  if (!(slab.near >= model.from && slab.far <= model.to)) return false;
+  const double scale = slab.far / other.padded.far;
+  const double apart = std::abs(slab.near - other.padded.near * scale) * model.perUnit + std::abs(1.0 - scale) * model.atEye;
+  if (!(apart <= model.tolerance * scale)) return false;
+  footprint.like = model.slice;
+  footprint.scale = scale;
+  footprint.apart = apart;
+  footprint.count = other.count;
+  for (int i = 0; i < other.count; ++i) footprint.hull[i] = other.hull[i] * scale;
+  footprint.depthNear = std::min(slab.near * model.leastDepth, slab.far * model.leastDepth) - model.atEye;
+  footprint.depthFar = std::max(slab.near * model.mostDepth, slab.far * model.mostDepth) + model.atEye;
+  return true;
+}
 
 // The vertices of what a map serves, with the width of a pixel at each.
 struct ServedPoints {
@@ -254,9 +242,8 @@ struct ServedPoints {
         width = std::min(width, all.pixels[i]);
         depth = all.points[i].z;
       }
-      Ring ring;
       glm::dvec2 hull[kMaxHull];
-      count = simplifyHull(hull, makeHull(points, count, ring, hull), kMost);
+      count = simplifyHull(hull, makeHull(points, count, hull), kMost);
       for (int i = 0; i < count; ++i) {
         served->points[served->count] = glm::dvec3(hull[i], depth);
         served->pixels[served->count++] = width;
@@ -287,14 +274,14 @@ void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept
       if (const double along = seen.vertices[i].along; !(seen.risingVertices >> i & 1) && along >= slab.near && along <= slab.far)
         addVertex(i);
   const auto addBetween = [&](const Rising& edge, double along) {
-    const Seen &from = edge.start, &slope = edge.slope;
-    const double t = along - from.along;
+    const Seen &from = seen.vertices[edge.from], &slope = edge.slope;
+    const double t = along - edge.start;
     add(from.x + slope.x * t, from.y + slope.y * t, from.depth + slope.depth * t, from.w + slope.w * t, from.z + slope.z * t);
   };
   for (int i = 0; i < seen.risingCount; ++i) {
     const Rising& edge = seen.rising[i];
-    if (edge.start.along > slab.far || edge.end < slab.near) continue;
-    edge.start.along < slab.near ? addBetween(edge, slab.near) : addVertex(edge.from);
+    if (edge.start > slab.far || edge.end < slab.near) continue;
+    edge.start < slab.near ? addBetween(edge, slab.near) : addVertex(edge.from);
     edge.end > slab.far ? addBetween(edge, slab.far) : addVertex(edge.to);
   }
 }
@@ -419,7 +406,6 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     ServedPoints points{region.pixelSlope, region.pixelBase, &served[s]};
     addSlab(points, seen, slabOf(s, splits.slices[s]));
   };
-  Ring ring;
   const auto keep = [&] {
     for (int s = 0; s < splits.count && !region.bounds.empty(); ++s) {
       const DepthSpan& slice = splits.slices[s];
@@ -427,21 +413,19 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     }
   };
   if (cellCount(region) == 1) {
-    Points points[2];
-    Points *now = &points[0], *model = &points[1];
-    int like = -1;
-    double tolerance = 0.0;
+    Points points;
+    Model model;
     forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
-      now->clear();
-      addSlab(*now, seen, slabOf(s, footprints[s].padded));
-      if (now->count == 0) return;
+      if (copyModel(model, footprints[model.slice], footprints[s])) {
+        addServed(s, seen);
+        return;
+      }
+      points.clear();
+      addSlab(points, seen, slabOf(s, footprints[s].padded));
+      if (points.count == 0) return;
       addServed(s, seen);
-      if (like >= 0 && now->finishCopy(*model, footprints[like], tolerance, like, footprints[s])) return;
-      now->finish(ring, footprints[s]);
-      if (!mayCopy) return;
-      like = s;
-      tolerance = copyTolerance(footprints[s]);
-      std::swap(now, model);
+      points.finish(footprints[s]);
+      if (mayCopy && !splits.isWedged) model = makeModel(s, seen, footprints[s].padded, copyTolerance(footprints[s]));
     });
     keep();
     return;
@@ -452,7 +436,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     addServed(s, seen);
   });
   for (int s = 0; s < splits.count; ++s)
-    if (points[s].count > 0) points[s].finish(ring, footprints[s]);
+    if (points[s].count > 0) points[s].finish(footprints[s]);
   keep();
 }
 

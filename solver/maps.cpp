@@ -81,6 +81,7 @@ WarpHint hintOf(const MapFits& maps, int slice, int trials) noexcept {
 
 void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
              bool byViewDepth, MapFits& maps) noexcept {
+  maps.byViewDepth = byViewDepth;
   maps.hasServed = splits.isWedged || (settings.warp.warp != Warp::none && region.bounds.empty());
   const bool mayCopy = region.bounds.empty() && !settings.rectangles && (settings.fit == FitMode::tight || settings.fit == FitMode::slice);
   makeFootprints(region, light, splits, frame.margin, byViewDepth, mayCopy, maps.footprints, maps.hasServed ? maps.served : nullptr);
@@ -139,9 +140,9 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     clearBlock(solution.block);
     return Status::ok;
   }
-  const bool byViewDepth = needsViewDepth(region, splits);
   for (int i = 0, m = 0; i < splits.count; ++i)
-    if (maps.footprints[i].count > 0) giveRoom(frame.margin.motion[m++], maps.fits[i]);
+    if (maps.footprints[i].count > 0)
+      if (const double motion = frame.margin.motion[m++]; motion > 0.0) giveRoom(motion, maps.fits[i]);
   double shares[kMaxPartitions];
   const bool isShared = settings.shares == Shares::error && maps.neededTexels > 0.0;
   for (int i = 0; isShared && i < splits.count; ++i) shares[i] = maps.fits[i].needed / maps.neededTexels;
@@ -151,13 +152,14 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
 
   std::uint32_t warnings = region.warnings;
   if (atlas.reduced) warnings |= static_cast<std::uint32_t>(Warning::atlasReduced);
-  if (byViewDepth) warnings |= static_cast<std::uint32_t>(Warning::viewDepthSelection);
+  if (maps.byViewDepth) warnings |= static_cast<std::uint32_t>(Warning::viewDepthSelection);
   const glm::dvec3 eyeMinusOrigin = region.eyeWs - solution.originWs;
   glm::dmat4 clipFromWorld[kMaxPartitions];
   CullShape cullShape;
   makeCaps(region, light, cullShape);
   Splits made;
-  made.rows = splits.rows;
+  made.isWedged = splits.isWedged;
+  if (splits.isWedged) made.rows = splits.rows;
   for (int i = 0; i < splits.count; ++i) {
     made.rows.cells[i] = maps.footprints[i].count == 0 ? -1 : made.count;
     if (maps.footprints[i].count == 0) continue;
@@ -165,7 +167,6 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     Partition& map = solution.partitions[m];
     MapFit& fit = maps.fits[i];
     made.slices[m] = splits.slices[i];
-    made.isWedged = splits.isWedged;
     if (splits.isWedged) made.wedges[m] = splits.wedges[i];
     map.near = splits.slices[i].near;
     map.far = splits.slices[i].far;
@@ -198,8 +199,8 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
   solution.layers = frame.shadowMap.layout == MapLayout::layers ? made.count : atlas.layers;
   solution.warnings = warnings;
   solution.storageFactor = solution.neededTexels / (frame.image.width * frame.image.height);
-  const bool isFinite = writeBlock(frame, region, light, made, byViewDepth, clipFromWorld, solution) && std::isfinite(solution.maxError) &&
-                        std::isfinite(solution.storageFactor) && std::isfinite(solution.limitTexels);
+  const bool isFinite = writeBlock(frame, region, light, made, maps.byViewDepth, clipFromWorld, solution) &&
+                        std::isfinite(solution.maxError) && std::isfinite(solution.storageFactor) && std::isfinite(solution.limitTexels);
   return isFinite ? Status::ok : Status::floatRange;
 }
 

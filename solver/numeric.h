@@ -12,6 +12,29 @@ constexpr double kFloatRounding = 1.0 / 2097152.0;  // 2^-21: four rounded terms
 
 inline bool isFinite(const glm::dvec3& v) noexcept { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
+// Two doubles that a processor may work on at once, to the bit what it would make of one after the other.
+#ifdef __GNUC__
+using Pair = double __attribute__((vector_size(16)));
+inline Pair lesser(Pair a, Pair b) noexcept { return a < b ? a : b; }
+inline Pair greater(Pair a, Pair b) noexcept { return a > b ? a : b; }
+#else
+struct Pair {
+  double lanes[2];
+  double operator[](int i) const noexcept { return lanes[i]; }
+};
+inline Pair operator+(Pair a, Pair b) noexcept { return {a[0] + b[0], a[1] + b[1]}; }
+inline Pair operator-(Pair a, Pair b) noexcept { return {a[0] - b[0], a[1] - b[1]}; }
+inline Pair operator*(Pair a, Pair b) noexcept { return {a[0] * b[0], a[1] * b[1]}; }
+inline Pair operator*(Pair a, double b) noexcept { return {a[0] * b, a[1] * b}; }
+inline Pair lesser(Pair a, Pair b) noexcept { return {a[0] < b[0] ? a[0] : b[0], a[1] < b[1] ? a[1] : b[1]}; }
+inline Pair greater(Pair a, Pair b) noexcept { return {a[0] > b[0] ? a[0] : b[0], a[1] > b[1] ? a[1] : b[1]}; }
+#endif
+
+inline Pair both(double x) noexcept {
+  const Pair pair = {x, x};
+  return pair;
+}
+
 // Twice the signed area of the triangle 0, a, b.
 inline double cross2(const glm::dvec2& a, const glm::dvec2& b) noexcept { return a.x * b.y - a.y * b.x; }
 

@@ -191,11 +191,10 @@ class Search {
     fan[0] = {1.0, 0.0, even_};
     fan[kFan / 2] = {0.0, 1.0, even_};
     for (int i = 1; i < kFan / 2; ++i) {
-      const double c = kSine[kFan / 2 - i], d = kSine[i], y = d * stretch_, xx = c * c, xy = c * y, yy = y * y;
-      const glm::dvec2 squared = measure([&](int k) { return glm::dvec2(c * u_[k], y * v_[k]); },
-                                         [&](int k) { return glm::dvec2(xx * xx_[k] + yy * yy_[k], xy * xy_[k]); });
-      fan[i] = {c, d, squared.x};
-      fan[kFan - i] = {-c, d, squared.y};
+      const double c = kSine[kFan / 2 - i], d = kSine[i], y = d * stretch_;
+      const Pair across = {y, y}, along = {c, -c}, squared = measure(along, across);
+      fan[i] = {c, d, squared[0]};
+      fan[kFan - i] = {-c, d, squared[1]};
     }
     int first = 0, second = 0;
     for (int gap = kFan / 2 - 1; gap <= kFan / 2 + 1; ++gap) {
@@ -219,15 +218,9 @@ class Search {
       for (Direction* around : {a, b}) {
         const double c = kTurns[round].x, d = kTurns[round].y, px = c * around->x, py = c * around->y, qx = -d * around->y,
                      qy = d * around->x;
-        const double pv = py * stretch_, qv = qy * stretch_, xx = px * px + qx * qx, xy = px * pv + qx * qv, yy = pv * pv + qv * qv;
-        const double xxHalf = 2.0 * px * qx, xyHalf = px * qv + pv * qx, yyHalf = 2.0 * pv * qv;
-        const glm::dvec2 squared =
-            measure([&](int k) { return glm::dvec2(px * u_[k] + pv * v_[k], qx * u_[k] + qv * v_[k]); },
-                    [&](int k) {
-                      return glm::dvec2(xx * xx_[k] + xy * xy_[k] + yy * yy_[k], xxHalf * xx_[k] + xyHalf * xy_[k] + yyHalf * yy_[k]);
-                    });
-        around[1] = {px + qx, py + qy, squared.x};
-        around[2] = {px - qx, py - qy, squared.y};
+        const Pair x = {px + qx, px - qx}, y = {py + qy, py - qy}, squared = measure(x, y * stretch_);
+        around[1] = {x[0], y[0], squared[0]};
+        around[2] = {x[1], y[1], squared[1]};
       }
       int bestA = 0, bestB = 0;
       for (int k = 1; k < 5; ++k) {  // first a, then b
@@ -251,17 +244,19 @@ class Search {
   // Sends a line to infinity.
   void place(double phi, double kappa) noexcept {
     const double c = std::cos(phi), s = std::sin(phi);
-    double from = kInfinity, to = -kInfinity;
+    double alongs[kMaxHull], from = kInfinity, to = -kInfinity;
     for (int i = 0; i < footprint_.count; ++i) {
-      const double along = u_[i] = c * footprint_.hull[i].x + s * footprint_.hull[i].y;
+      const double along = alongs[i] = c * footprint_.hull[i].x + s * footprint_.hull[i].y;
       from = from < along ? from : along;
       to = to > along ? to : along;
     }
     const double d = (kappa == 0.0 ? 0.0 : std::exp(kappa) - 1.0) / (to - from);
     double rangeU = 0.0, leastV = kInfinity, mostV = -kInfinity, widestU = 0.0, widestV = 0.0;
     for (int i = 0; i < footprint_.count; ++i) {
-      const double along = u_[i] - from, perW = 1.0 / (1.0 + d * along);
-      const double u = u_[i] = along * perW, v = v_[i] = (c * footprint_.hull[i].y - s * footprint_.hull[i].x) * perW;
+      const double along = alongs[i] - from, perW = 1.0 / (1.0 + d * along);
+      const double u = along * perW, v = (c * footprint_.hull[i].y - s * footprint_.hull[i].x) * perW;
+      u_[i] = both(u);
+      v_[i] = both(v);
       rangeU = rangeU > u ? rangeU : u;
       leastV = leastV < v ? leastV : v;
       mostV = mostV > v ? mostV : v;
@@ -271,9 +266,9 @@ class Search {
       const glm::dvec3& p = served_.points[i];
       const double w = 1.0 + d * (c * p.x + s * p.y - from), square = w * w, slope = d * (c * p.y - s * p.x), xx = square * density_[i];
       const double yy = (slope * slope + square) * xx;
-      xx_[i] = xx;
-      xy_[i] = -2.0 * slope * xx;
-      yy_[i] = yy;
+      xx_[i] = both(xx);
+      xy_[i] = both(-2.0 * slope * xx);
+      yy_[i] = both(yy);
       widestU = widestU > xx ? widestU : xx;
       widestV = widestV > yy ? widestV : yy;
     }
@@ -283,32 +278,24 @@ class Search {
     stretch_ = std::sqrt(1.0 / perRatio_);
   }
 
-  // F squared of p + q and p - q, from what a coordinate and an edge come to at a vertex: the terms that the two share, and those that
-  // change sign.
-  template <class Coordinate, class Edge>
-  glm::dvec2 measure(const Coordinate& coordinate, const Edge& edge) const noexcept {
-    double least[2] = {kInfinity, kInfinity}, most[2] = {-kInfinity, -kInfinity}, widest[2] = {0.0, 0.0};
+  // F squared of two directions, whose y is stretched.
+  Pair measure(Pair x, Pair y) const noexcept {
+    Pair least = {kInfinity, kInfinity}, most = {-kInfinity, -kInfinity}, widest = {0.0, 0.0};
     for (int i = 0; i < footprint_.count; ++i) {
-      const glm::dvec2 s = coordinate(i);
-      const double a = s.x + s.y, b = s.x - s.y;
-      least[0] = least[0] < a ? least[0] : a;
-      most[0] = most[0] > a ? most[0] : a;
-      least[1] = least[1] < b ? least[1] : b;
-      most[1] = most[1] > b ? most[1] : b;
+      const Pair s = x * u_[i] + y * v_[i];
+      least = lesser(least, s);
+      most = greater(most, s);
     }
-    for (int i = 0; i < served_.count; ++i) {
-      const glm::dvec2 e = edge(i);
-      const double a = e.x + e.y, b = e.x - e.y;
-      widest[0] = widest[0] > a ? widest[0] : a;
-      widest[1] = widest[1] > b ? widest[1] : b;
-    }
-    const double first = most[0] - least[0], second = most[1] - least[1];
-    return glm::dvec2(first * first * widest[0], second * second * widest[1]) * perRatio_;
+    const Pair xx = x * x, xy = x * y, yy = y * y;
+    for (int i = 0; i < served_.count; ++i) widest = greater(widest, xx * xx_[i] + xy * xy_[i] + yy * yy_[i]);
+    const Pair range = most - least;
+    return range * range * widest * perRatio_;
   }
 
   const Footprint& footprint_;
   const Served& served_;
-  double density_[kMaxHull], u_[kMaxHull], v_[kMaxHull], xx_[kMaxHull], xy_[kMaxHull], yy_[kMaxHull];
+  double density_[kMaxHull];
+  Pair u_[kMaxHull], v_[kMaxHull], xx_[kMaxHull], xy_[kMaxHull], yy_[kMaxHull];  // each twice
   double even_ = 0.0, perRatio_ = 1.0, stretch_ = 1.0;  // F squared along the line and across it; what scales it there
   Found found_[kStarts];
   int count_ = 0;

@@ -46,6 +46,7 @@ struct MapFits {
   double pixels[kMaxPartitions];  // the least w_i that each serves
   double neededTexels = 0.0;  // of all fits
   bool hasServed = false;
+  bool byViewDepth = false;  // shaders select by view depth (needsViewDepth)
 };
 
 // A slice's map as the hint for one that is much like it.

@@ -112,7 +112,7 @@ glm::dvec2 areasOf(const Points& hull) {
 // least rectangle around its samples; y, any linear map, whose texels cover the samples' hull and have a side of at least the root of their
 // area. Samples go into parts in order of depth; a slice's end lies in one part at most, which counts nothing: a lower bound.
 glm::dvec2 leastOfAnySlices(const Frame& frame, const offscreen::Picture& picture) {
-  constexpr std::size_t kParts = 128;
+  constexpr std::size_t kParts = 256;
   struct Sample {
     double depth;
     glm::dvec2 ls;

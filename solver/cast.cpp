@@ -5,7 +5,7 @@
 namespace gnomon {
 namespace {
 
-constexpr int kMaxSides = 12;  // of the swept prism; a hull of more edges is held by one of so many
+constexpr int kMaxSides = 12;  // of the swept prism; more hull edges than that are replaced by their bounding rectangle
 
 void addPlane(const Region& region, const glm::dvec3& normalWs, double offset, CullShape& shape) noexcept {
   if (shape.count == kMaxCullPlanes) return;
@@ -42,15 +42,12 @@ void makeSides(const Region& region, const LightSpace& light, const Footprint& f
     least = glm::min(least, footprint.hull[i]);
     greatest = glm::max(greatest, footprint.hull[i]);
   }
-  glm::dvec2 hull[kMaxHull];
-  std::copy_n(footprint.hull, footprint.count, hull);
-  const int count = simplifyHull(hull, footprint.count, kMaxSides);
-  if (count >= 3 && count <= kMaxSides) {
+  if (footprint.count >= 3 && footprint.count <= kMaxSides) {
     constexpr double kShortest = 1e-6;  // of the extent: the direction of a shorter edge is rounding, and its neighbours bound what it does
     const glm::dvec2 extent = greatest - least;
     const double shortest = kShortest * kShortest * glm::dot(extent, extent);
-    for (int i = 0; i < count; ++i) {
-      const glm::dvec2 p = hull[i], edge = hull[i + 1 < count ? i + 1 : 0] - p;
+    for (int i = 0; i < footprint.count; ++i) {
+      const glm::dvec2 p = footprint.hull[i], edge = footprint.hull[i + 1 < footprint.count ? i + 1 : 0] - p;
       const double squared = glm::dot(edge, edge);
       if (!(squared > shortest)) continue;
       const glm::dvec2 inward = glm::dvec2(-edge.y, edge.x) * (1.0 / std::sqrt(squared));  // the hull runs counter-clockwise

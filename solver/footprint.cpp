@@ -81,6 +81,32 @@ int makeHull(const glm::dvec3* points, int count, Ring& ring, glm::dvec2* hull) 
 }
 static_assert(kMaxHull <= 64);
 
+// Makes a convex polygon of at most `most` vertices around one of more: edge by edge where it adds the least area, the neighbours of an
+// edge are extended until they meet.
+int simplifyHull(glm::dvec2* hull, int count, int most) noexcept {
+  for (; count > most; --count) {
+    const auto vertex = [&](int i) -> glm::dvec2& { return hull[i % count]; };
+    int best = 0;
+    double leastArea = kInfinity;
+    glm::dvec2 apex = hull[0];
+    for (int i = 0; i < count; ++i) {
+      const glm::dvec2 before = vertex(i) - vertex(i + count - 1), edge = vertex(i + 1) - vertex(i), after = vertex(i + 2) - vertex(i + 1);
+      const double turn = cross2(before, after);
+      if (!(turn > 0.0)) continue;  // they never meet
+      const double reach = cross2(edge, after) / turn, area = cross2(before, edge) * reach;
+      if (!(area < leastArea)) continue;
+      best = i;
+      leastArea = area;
+      apex = vertex(i) + before * reach;
+    }
+    if (!(leastArea < kInfinity)) return count;
+    vertex(best) = apex;
+    const int gone = (best + 1) % count;
+    std::copy(hull + gone + 1, hull + count, hull + gone);
+  }
+  return count;
+}
+
 // A cell's vertex seen from the light: homogeneous, so that points between two of them may be interpolated before the division.
 struct Seen {
   double x, y, depth, w, z;  // z: view depth
@@ -375,30 +401,6 @@ double copyTolerance(const Footprint& footprint) noexcept {
 }
 
 }  // namespace
-
-int simplifyHull(glm::dvec2* hull, int count, int most) noexcept {
-  for (; count > most; --count) {
-    const auto vertex = [&](int i) -> glm::dvec2& { return hull[i % count]; };
-    int best = 0;
-    double leastArea = kInfinity;
-    glm::dvec2 apex = hull[0];
-    for (int i = 0; i < count; ++i) {
-      const glm::dvec2 before = vertex(i) - vertex(i + count - 1), edge = vertex(i + 1) - vertex(i), after = vertex(i + 2) - vertex(i + 1);
-      const double turn = cross2(before, after);
-      if (!(turn > 0.0)) continue;  // they never meet
-      const double reach = cross2(edge, after) / turn, area = cross2(before, edge) * reach;
-      if (!(area < leastArea)) continue;
-      best = i;
-      leastArea = area;
-      apex = vertex(i) + before * reach;
-    }
-    if (!(leastArea < kInfinity)) return count;
-    vertex(best) = apex;
-    const int gone = (best + 1) % count;
-    std::copy(hull + gone + 1, hull + count, hull + gone);
-  }
-  return count;
-}
 
 glm::dvec3 planeAxis(const glm::dvec3& directionWs) noexcept { return unit(glm::cross(directionWs, leastAxis(directionWs))); }
 

@@ -52,10 +52,6 @@ struct Served {
   double pixels[kMaxHull];  // w_i there, world units
 };
 
-// Makes a convex polygon of at most `most` vertices around one of more, counter-clockwise: edge by edge where it adds the least area, the
-// neighbours of an edge are extended until they meet. Returns their number: more where no two meet.
-int simplifyHull(glm::dvec2* hull, int count, int most) noexcept;
-
 // Gathers the slices' footprints, each slice padded by the depth quantum and the blend band and cut to where its samples lie, and where `served` is not null the vertices
 // that each serves. One of each for each slice. mayCopy: false where every hull must be its own.
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,

@@ -42,6 +42,7 @@ TEST(Sdsm, Refuses) {
   refuses({.near = 1.0, .far = 2.0, .histogram = counts, .weights = weights}, Status::samplesWeights);
   refuses({.near = 1.0, .far = 2.0, .weights = weights}, Status::samplesWeights);
   refuses({.near = 1.0, .far = 2.0, .bounds = bounds}, Status::samplesBounds);
+  refuses({.near = 1.0, .far = 2.0, .rightWs = {0.0, std::nan(""), 1.0}}, Status::samplesBounds);
   refuses({.near = 1.0, .far = 2.0, .latency = -1.0}, Status::samplesLatency);
 }
 

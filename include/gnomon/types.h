@@ -160,9 +160,9 @@ struct Samples {
   std::span<const double> weights = {};  // one for each bin: what an error there counts for optimal splits [>= 0]; none: 1
   std::span<const SampleBounds> bounds = {};  // depths that none of them holds are not sampled; none given: anywhere in view
   glm::dvec3 rightWs{0.0};  // right of the camera that bounds were taken from, any length; 0: the frame's
-  double latency =
-      0.0;  // world units that the camera may have moved since they were taken, and for a turn by an angle (radians) that times
-      // the distance of the farthest sample: its view depth has changed by so much [>= 0]
+  // World units that the camera may have moved since they were taken; a turn by an angle (radians) adds that times the distance of the farthest
+  // sample, whose view depth it changes by as much [>= 0]
+  double latency = 0.0;
 };
 
 // Room around what must be shadowed.

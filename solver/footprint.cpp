@@ -301,9 +301,17 @@ int clipHull(glm::dvec2* hull, int count, const glm::dvec2& normal, double offse
   return size;
 }
 
-// Cuts a footprint to where the samples of its depths lie: never beyond the plain one. None there: it vanishes.
+// Cuts a footprint to where the samples of its depths lie, the hull of their bounds: never beyond the plain one. None there: it vanishes.
 void cutToBounds(const Region& region, const LightSpace& light, const DepthSpan& slice, Footprint& footprint) noexcept {
-  glm::dvec2 least(kInfinity), most(-kInfinity);
+  if (footprint.count == 0) return;
+  // A depth value may be off along its ray by what it cannot tell apart, and bounds are sums of float32 products.
+  constexpr double kBoundsRounding = 1.0 / 1048576.0;  // 2^-20 of the distance from the eye
+  const double far = footprint.padded.far,
+               along = region.camera.projection == Projection::perspective && far > 0.0 ? footprint.reach / far : 1.0;
+  const double room = region.latency + depthQuantum(region.camera, far) * along + kBoundsRounding * footprint.reach;
+  const glm::dvec3 x = boundsAxis(light.directionWs, region.boundsRightWs), y = glm::cross(x, light.directionWs);
+  const glm::dvec2 xLs(light.lsFromWorld * glm::dvec4(x, 0.0)), yLs(light.lsFromWorld * glm::dvec4(y, 0.0));
+  Points corners;
   for (const SampleBounds& bounds : region.bounds) {
     // A depth value at the near plane may lie a rounding before it.
     const double end = std::max(bounds.far + region.latency, region.near);
@@ -311,19 +319,19 @@ void cutToBounds(const Region& region, const LightSpace& light, const DepthSpan&
     const bool isPoint =
         bounds.near == bounds.far || end == region.near || slice.near == slice.far;  // others that only touch have nothing in common
     if (!(isPoint ? from <= to : from < to)) continue;
-    least = glm::min(least, bounds.least);
-    most = glm::max(most, bounds.most);
+    // Farther than the footprint they say nothing, and huge ones would lose what their other side says.
+    const glm::dvec2 limit(2.0 * footprint.reach);
+    const glm::dvec2 least = glm::clamp(bounds.least - room, -limit, limit), most = glm::clamp(bounds.most + room, -limit, limit);
+    for (const glm::dvec2& p : {least, most, glm::dvec2(least.x, most.y), glm::dvec2(most.x, least.y)})
+      corners.add(glm::dvec3(xLs * p.x + yLs * p.y, 0.0), 0.0);
   }
-  // A depth value may be off along its ray by what it cannot tell apart, and bounds are sums of float32 products.
-  constexpr double kBoundsRounding = 1.0 / 1048576.0;  // 2^-20 of the distance from the eye
-  const double far = footprint.padded.far,
-               along = region.camera.projection == Projection::perspective && far > 0.0 ? footprint.reach / far : 1.0;
-  const double room = region.latency + depthQuantum(region.camera, far) * along + kBoundsRounding * footprint.reach;
-  const glm::dvec3 x = planeAxis(light.directionWs), y = glm::cross(x, light.directionWs);
-  for (int axis = 0; axis < 2 && footprint.count > 0; ++axis) {
-    const glm::dvec2 normal(light.lsFromWorld * glm::dvec4(axis == 0 ? x : y, 0.0));
-    footprint.count = clipHull(footprint.hull, footprint.count, normal, least[axis] - room);
-    footprint.count = clipHull(footprint.hull, footprint.count, -normal, -(most[axis] + room));
+  Ring ring;
+  glm::dvec2 hull[kMaxHull];
+  const int count = corners.count > 0 ? makeHull(corners.ls, corners.count, ring, hull) : 0;
+  if (count == 0) footprint.count = 0;
+  for (int i = 0; i < count && footprint.count > 0; ++i) {
+    const glm::dvec2 edge = hull[i + 1 < count ? i + 1 : 0] - hull[i], inwards(-edge.y, edge.x);
+    footprint.count = clipHull(footprint.hull, footprint.count, inwards, glm::dot(inwards, hull[i]));
   }
 }
 
@@ -382,6 +390,12 @@ double copyTolerance(const Footprint& footprint) noexcept {
 }  // namespace
 
 glm::dvec3 planeAxis(const glm::dvec3& directionWs) noexcept { return unit(glm::cross(directionWs, leastAxis(directionWs))); }
+
+glm::dvec3 boundsAxis(const glm::dvec3& directionWs, const glm::dvec3& rightWs) noexcept {
+  const glm::dvec3 right = unit(rightWs), across = right - directionWs * glm::dot(right, directionWs);
+  constexpr double kAlong = 0.01;  // square of the sine below which right says little of the light plane
+  return glm::dot(across, across) > kAlong ? unit(across) : planeAxis(directionWs);
+}
 
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
                     bool mayCopy, Footprint* footprints, Served* served) noexcept {

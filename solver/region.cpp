@@ -147,6 +147,7 @@ Status validateSamples(const Samples& samples, int& index, double& value) noexce
     value = samples.weights[i];
     if (!(samples.weights[i] >= 0.0 && std::isfinite(samples.weights[i]))) return Status::samplesWeights;
   }
+  if (value = firstBad(samples.rightWs, 0.0); !isFinite(samples.rightWs)) return Status::samplesBounds;
   for (std::size_t i = 0; i < samples.bounds.size(); ++i) {
     index = static_cast<int>(i);
     const SampleBounds& bounds = samples.bounds[i];
@@ -214,10 +215,14 @@ bool fitsFloat(const Region& region, double& value) noexcept {
 
 }  // namespace
 
+double depthBetween(double near, double far, int i, int count, bool isRatio) noexcept {
+  if (i <= 0 || i >= count) return i <= 0 ? near : far;
+  const double share = static_cast<double>(i) / count;
+  return isRatio ? near * std::pow(far / near, share) : near + (far - near) * share;
+}
+
 double binEdge(const Samples& samples, int i) noexcept {
-  const int bins = static_cast<int>(samples.histogram.size());
-  if (i <= 0 || i >= bins) return i <= 0 ? samples.near : samples.far;
-  return samples.near * std::pow(samples.far / samples.near, static_cast<double>(i) / bins);
+  return depthBetween(samples.near, samples.far, i, static_cast<int>(samples.histogram.size()), true);
 }
 
 void copyCell(const Cell& from, Cell& to) noexcept {
@@ -379,6 +384,8 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
   if (frame.samples) {
     if (const Status status = validateSamples(*frame.samples, index, value); status != Status::ok) return status;
     region.bounds = frame.samples->bounds;
+    const glm::dvec3& right = frame.samples->rightWs;
+    region.boundsRightWs = right == glm::dvec3(0.0) ? region.worldFromView[0] : right;
     region.latency = frame.samples->latency;
   }
   const std::span<const glm::dvec3> cornersWs = frame.cornersWs;

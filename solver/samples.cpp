@@ -21,15 +21,19 @@ struct Extremes {
   float least[kLanes], greatest[kLanes];
 };
 constexpr float kAbove = 2.0f, kBelow = 0.0f;  // of none
+constexpr auto kAboveBits = std::bit_cast<std::int32_t>(kAbove), kOneBits = std::bit_cast<std::int32_t>(1.0f);
 
 // Sifts out NaN and the background; where what is left tells of other values that are no depth, a second pass sifts out those too.
 template <bool kReversed, bool kSifted>
 void findExtremes(const float* depths, int count, Extremes& so) noexcept {
   Extremes all = so;
   const auto add = [&](float depth, int lane) {
+    // The background is told by integers, which rise as floats do where these are not negative: fewer operations wait for the same unit.
+    const auto bits = std::bit_cast<std::int32_t>(depth);
     const bool isFine = !kSifted || isSample(depth, kReversed);
-    const float low = isFine && (!kReversed || depth > 0.0f) ? depth : kAbove,
-                high = isFine && (kReversed || depth < 1.0f) ? depth : kBelow;
+    float low = kReversed ? std::bit_cast<float>(bits | (bits <= 0 ? kAboveBits : 0)) : depth,
+          high = kReversed || bits < kOneBits ? depth : kBelow;
+    if (!isFine) low = kAbove, high = kBelow;
     all.least[lane] = low < all.least[lane] ? low : all.least[lane];
     all.greatest[lane] = high > all.greatest[lane] ? high : all.greatest[lane];
   };
@@ -118,11 +122,9 @@ void sampleRange(const Camera& camera, const DepthImage& image, double& near, do
 }
 
 void windowEdges(const Camera& camera, double near, double far, std::span<float> edges) noexcept {
-  const auto bins = static_cast<double>(edges.size() - 1);
-  for (std::size_t i = 0; i < edges.size(); ++i) {
-    const double z = i + 1 == edges.size() ? far : near * std::pow(far / near, static_cast<double>(i) / bins);
-    edges[i] = static_cast<float>(windowDepth(camera, z));
-  }
+  const int bins = static_cast<int>(edges.size()) - 1;
+  for (int i = 0; i <= bins; ++i)
+    edges[static_cast<std::size_t>(i)] = static_cast<float>(windowDepth(camera, depthBetween(near, far, i, bins, true)));
 }
 
 void sampleHistogram(const Camera& camera, const DepthImage& image, std::span<const float> edges,
@@ -144,8 +146,9 @@ Status lightForSamples(const Frame& frame, glm::dmat3& lsFromView) noexcept {
   if (const Status status = validate(frame.camera, value); status != Status::ok) return status;
   const glm::dvec3 direction = unit(frame.light.directionWs);
   if (!isFinite(frame.light.directionWs) || direction == glm::dvec3(0.0)) return Status::lightDirection;
-  const glm::dvec3 x = planeAxis(direction), y = glm::cross(x, direction);
-  lsFromView = glm::transpose(glm::dmat3(x, y, direction)) * viewAxes(frame.camera.forwardWs, frame.camera.upWs);
+  const glm::dmat3 worldFromView = viewAxes(frame.camera.forwardWs, frame.camera.upWs);
+  const glm::dvec3 x = boundsAxis(direction, worldFromView[0]), y = glm::cross(x, direction);
+  lsFromView = glm::transpose(glm::dmat3(x, y, direction)) * worldFromView;
   return Status::ok;
 }
 
@@ -172,9 +175,12 @@ void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat
   float first[kMost], end[kMost], starts[2 * kMost];
   for (std::size_t i = 0; i < count; ++i) {
     const auto room = [&](double z) { return std::max(depthQuantum(camera, z), viewQuantum(camera, z)); };
-    const double near = bounds[i].near - room(bounds[i].near), far = bounds[i].far + room(bounds[i].far);
-    first[i] = static_cast<float>(windowDepth(camera, isPerspective ? std::max(near, bounds[i].near / 2.0) : near));
-    end[i] = std::nextafter(static_cast<float>(windowDepth(camera, far)), reversed ? -kInf : kInf);
+    // Nothing lies before the near plane; a perspective depth has no meaning at the eye and behind it.
+    const auto windowAt = [&](double z) {
+      return static_cast<float>(windowDepth(camera, isPerspective ? std::max(z, camera.near / 2.0) : z));
+    };
+    first[i] = windowAt(bounds[i].near - room(bounds[i].near));
+    end[i] = std::nextafter(windowAt(bounds[i].far + room(bounds[i].far)), reversed ? -kInf : kInf);
     starts[2 * i] = first[i];
     starts[2 * i + 1] = end[i];
   }
@@ -233,6 +239,7 @@ Status takeSamples(const Frame& frame, const DepthImage& image, SampleStore& sto
   sampleRange(camera, image, samples.near, samples.far);
   samples.histogram = {};
   samples.bounds = {};
+  samples.rightWs = viewAxes(camera.forwardWs, camera.upWs)[0];
   if (!(samples.near <= samples.far)) return Status::ok;
   const bool isRatio = samples.near > 0.0;
   if (isRatio) {
@@ -242,9 +249,7 @@ Status takeSamples(const Frame& frame, const DepthImage& image, SampleStore& sto
     samples.histogram = store.histogram;
   }
   for (int i = 0; i < kSampleBins; ++i) {
-    const auto edge = [&](int k) {
-      return isRatio ? binEdge(samples, k) : samples.near + (samples.far - samples.near) * (static_cast<double>(k) / kSampleBins);
-    };
+    const auto edge = [&](int k) { return depthBetween(samples.near, samples.far, k, kSampleBins, isRatio); };
     store.bounds[i] = {edge(i), edge(i + 1), glm::dvec2(0.0), glm::dvec2(0.0)};
   }
   sampleBounds(camera, image, lsFromView, store.bounds);

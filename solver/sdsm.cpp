@@ -4,6 +4,7 @@
 #include "gnomon/cast.h"
 #include "gnomon/fit.h"
 #include "gnomon/frame.h"
+#include "gnomon/samples.h"
 #include "numeric.h"
 
 namespace gnomon {
@@ -13,7 +14,6 @@ namespace {
 int findPlanes(const Frame& frame, const Region& region, const SdsmSettings& settings, const SampleBins& bins, int count, double target,
                double* planes, double& error) noexcept {
   const double near = region.spans[0].near, far = region.spans[region.spanCount - 1].far;
-  int first[kMaxPartitions], made = count;
   if (settings.scheme == SdsmScheme::adaptive) {
     Splits splits;
     double refused = 0.0;
@@ -22,9 +22,10 @@ int findPlanes(const Frame& frame, const Region& region, const SdsmSettings& set
     return splits.count - 1;
   }
   if (settings.scheme == SdsmScheme::kmeans || settings.scheme == SdsmScheme::optimal) {
+    int first[kMaxPartitions];
     double errors[kMaxPartitions];
-    made = settings.scheme == SdsmScheme::kmeans ? splitByMeans(bins, count, first)
-                                                 : splitOptimally(bins, settings.norm, count, target, first, errors);
+    const int made = settings.scheme == SdsmScheme::kmeans ? splitByMeans(bins, count, first)
+                                                           : splitOptimally(bins, settings.norm, count, target, first, errors);
     error = made > 0 ? errors[made - 1] : 0.0;
     const Samples& samples = *frame.samples;
     for (int i = 1, span = 0; i < made; ++i) {
@@ -37,11 +38,8 @@ int findPlanes(const Frame& frame, const Region& region, const SdsmSettings& set
     return std::max(made - 1, 0);
   }
   const bool isRatio = region.camera.projection == Projection::perspective;
-  for (int i = 1; i < made; ++i) {
-    const double share = static_cast<double>(i) / made;
-    planes[i - 1] = isRatio ? near * std::pow(far / near, share) : near + (far - near) * share;
-  }
-  return made - 1;
+  for (int i = 1; i < count; ++i) planes[i - 1] = depthBetween(near, far, i, count, isRatio);
+  return count - 1;
 }
 
 // The planes of the frame before, while they are near enough to the new ones.
@@ -99,6 +97,10 @@ Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept {
   if (const Status status = validate(whole, value); status != Status::ok) return status;
   if (const Status status = makeRegion(whole, region, index, value); status != Status::ok) return status;
   if (const Status status = makeLightSpace(whole.light, region, FitMode::doubled, light); status != Status::ok) return status;
+  glm::dmat3 lsFromView;  // maps lie along the bounds
+  if (const Status status = lightForSamples(whole, lsFromView); status != Status::ok) return status;
+  light.lsFromView = glm::dmat4(lsFromView);
+  light.lsFromWorld = glm::dmat4(lsFromView * glm::transpose(region.worldFromView));
   const Camera& camera = region.camera;
   const bool isPerspective = camera.projection == Projection::perspective;
   const double x = std::max(camera.left, camera.right), y = std::max(camera.down, camera.up);

@@ -509,6 +509,16 @@ TEST_F(Cli, WalksThroughAFile) {
   for (const char* row :
        {"block ", "zeta ", "splits 0.8", "slices by samples", "maps by samples 1", "both, optimal mean", "splits 0.8, stable"})
     EXPECT_NE(output.out.find(row), std::string::npos) << row;
+  // No way of slices gets below what no slices do, and a hull is in its rectangle.
+  const auto errorOf = [&](const std::string& row) {
+    const std::size_t at = output.out.find(row);
+    return at == std::string::npos ? -1.0 : std::stod(output.out.substr(at + 22));  // the names' column
+  };
+  const double rectangles = errorOf("no rectangles below"), maps = errorOf("no maps below");
+  EXPECT_GT(maps, 0.0);
+  EXPECT_GE(rectangles, maps);
+  for (const char* row : {"splits 0.5", "splits 0.8", "splits 1 ", "both  ", "both, optimal mean"})
+    EXPECT_GE(errorOf(row), rectangles) << row;
   EXPECT_TRUE(fs::exists(folder() / "walk/block-1/shaded.png"));
 }
 

@@ -146,6 +146,8 @@ TEST(Samples, BoundsHoldTheSamples) {
       glm::dmat3 lsFromView;
       ASSERT_EQ(lightForSamples(frame, lsFromView), Status::ok);
       SampleBounds bounds[] = {{0.25, 2.0, {}, {}}, {2.0, 7.0, {}, {}}, {20.0, 91.0, {}, {}}, {200.0, 300.0, {}, {}}};
+      if (view == 2) bounds[0] = {-14.0, -2.0, {}, {}}, bounds[1] = {-2.0, 7.0, {}, {}};  // an orthographic view reaches behind its eye
+      if (view == 3) bounds[0].near = depth == DepthConvention::zeroToOne ? 0.0 : -1.0;  // nothing is there, and that is no error
       sampleBounds(frame.camera, picture.image(), lsFromView, bounds);
       for (int i = 0; i < 3; ++i) {
         glm::dvec2 least(kInfinity), most(-kInfinity);
@@ -157,10 +159,9 @@ TEST(Samples, BoundsHoldTheSamples) {
           if (!(z >= bounds[i].near && z <= bounds[i].far)) continue;
           const glm::dvec3 fromEye =
               viewPoint(frame.camera, (p % picture.width + 0.5) / picture.width, (p / picture.width + 0.5) / picture.height, z);
-          // The world's own axes: what the light space keeps while the view turns.
-          const glm::dvec3 l = glm::normalize(frame.light.directionWs), a = glm::abs(l);
-          const glm::dvec3 axis = a.x <= a.y && a.x <= a.z ? glm::dvec3(1, 0, 0) : a.y <= a.z ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
-          const glm::dvec3 x = glm::normalize(glm::cross(l, axis)), y = glm::cross(x, l);
+          // The camera's right, seen along the light.
+          const glm::dvec3 l = glm::normalize(frame.light.directionWs), right = Axes(frame.camera).right;
+          const glm::dvec3 x = glm::normalize(right - l * glm::dot(l, right)), y = glm::cross(x, l);
           const glm::dvec2 ls(glm::dot(x, fromEye), glm::dot(y, fromEye));
           least = glm::min(least, ls);
           most = glm::max(most, ls);
@@ -173,6 +174,21 @@ TEST(Samples, BoundsHoldTheSamples) {
       }
       EXPECT_EQ(keepBounds(bounds), 3u);  // nothing is as far as the last
     }
+}
+
+// Nothing along the light says where the plane's axes lie: they are still across it and each other.
+TEST(Samples, LightAlongTheCamerasRight) {
+  Frame frame = usualFrame();
+  const Axes axes(frame.camera);
+  for (const double off : {0.0, 1e-12, 1e-3}) {
+    frame.light.directionWs = axes.right + axes.up * off;
+    glm::dmat3 lsFromView;
+    ASSERT_EQ(lightForSamples(frame, lsFromView), Status::ok);
+    const glm::dmat3 square = lsFromView * glm::transpose(lsFromView);
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r) EXPECT_NEAR(square[c][r], c == r ? 1.0 : 0.0, 1e-14);
+    EXPECT_NEAR(glm::dot(glm::transpose(lsFromView)[2], glm::normalize(glm::dvec3(1.0, off, 0.0))), 1.0, 1e-14);
+  }
 }
 
 TEST(Samples, LightSpaceIsRefusedAsInASolve) {

@@ -42,6 +42,7 @@ TEST(Sdsm, Refuses) {
   refuses({.near = 1.0, .far = 2.0, .histogram = counts, .weights = weights}, Status::samplesWeights);
   refuses({.near = 1.0, .far = 2.0, .weights = weights}, Status::samplesWeights);
   refuses({.near = 1.0, .far = 2.0, .bounds = bounds}, Status::samplesBounds);
+  refuses({.near = 1.0, .far = 2.0, .rightWs = {0.0, std::nan(""), 1.0}}, Status::samplesBounds);
   refuses({.near = 1.0, .far = 2.0, .latency = -1.0}, Status::samplesLatency);
 }
 
@@ -91,8 +92,15 @@ TEST(Sdsm, CoversWhatItWasGiven) {
     frame.budget.partitions = 1 + random.index(6);
     if (k % 5 == 0) frame.margin.blend = 0.2;
     if (k % 6 == 0) frame.margin.filter = 2.0;
+    // Samples may be those of a camera that has moved and turned since: its depths, its axes.
+    const Camera taken = frame.camera;
+    const bool isLate = k % 4 == 1;
+    const double turn = isLate ? random.uniform(0.0, 0.02) : 0.0;
+    const Axes takenAxes(taken);
+    if (isLate) frame.camera.forwardWs = takenAxes.forward * std::cos(turn) + takenAxes.right * std::sin(turn);
+    if (isLate) frame.camera.upWs = takenAxes.up;
     const double near = random.logUniform(0.2, 20.0), far = near * random.logUniform(1.0, 90.0 / near);
-    const Cloud cloud = randomCloud(random, frame.camera, near, far, 1 + random.index(100));
+    const Cloud cloud = randomCloud(random, taken, near, far, 1 + random.index(100));
     Samples samples;
     for (const double z : cloud.depths) samples.near = std::min(samples.near, z), samples.far = std::max(samples.far, z);
     std::vector<std::uint32_t> histogram(static_cast<std::size_t>(k % 4 == 0 ? 0 : 1 + random.index(300)), 0u);
@@ -106,9 +114,10 @@ TEST(Sdsm, CoversWhatItWasGiven) {
     // Bounds in intervals that are not the slices, as those of a frame before would be.
     std::vector<SampleBounds> bounds;
     if (k % 3 != 0) {
-      const glm::dvec3 l = glm::normalize(frame.light.directionWs), a = glm::abs(l);
-      const glm::dvec3 axis = a.x <= a.y && a.x <= a.z ? glm::dvec3(1, 0, 0) : a.y <= a.z ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
-      const glm::dvec3 x = glm::normalize(glm::cross(l, axis)), y = glm::cross(x, l);
+      const glm::dvec3 l = glm::normalize(frame.light.directionWs), right = takenAxes.right;
+      if (std::abs(glm::dot(l, right)) > 0.99) continue;  // along the light it says nothing
+      if (isLate) samples.rightWs = 3.0 * right;
+      const glm::dvec3 x = glm::normalize(right - l * glm::dot(l, right)), y = glm::cross(x, l);
       const int parts = 1 + random.index(5);
       for (int i = 0; i < parts; ++i) {
         SampleBounds part{samples.near * std::pow(samples.far / samples.near, static_cast<double>(i) / parts),
@@ -126,9 +135,11 @@ TEST(Sdsm, CoversWhatItWasGiven) {
       }
       samples.bounds = bounds;
     }
-    // The camera has moved since: the cloud stays in the world, the samples do not know.
-    const glm::dvec3 moved = k % 4 == 1 ? random.direction() * random.uniform(0.0, 0.3) : glm::dvec3(0.0);
-    if (k % 4 == 1) samples.latency = 0.3;
+    // The cloud stays in the world, the samples do not know.
+    const glm::dvec3 moved = isLate ? random.direction() * random.uniform(0.0, 0.3) : glm::dvec3(0.0);
+    double reach = 0.0;
+    for (const glm::dvec3& p : cloud.fromEye) reach = std::max(reach, glm::length(p));
+    if (isLate) samples.latency = 0.3 + turn * reach;
     frame.samples = &samples;
     const SdsmSettings settings{.scheme = kSchemes[random.index(4)],
                                 .norm = static_cast<SampleNorm>(random.index(3)),

@@ -26,6 +26,10 @@ struct LightSpace {
 // The axis of the light plane that the world fixes; the other is its cross product with the direction (unit, from the light to the scene).
 [[nodiscard]] glm::dvec3 planeAxis(const glm::dvec3& directionWs) noexcept;
 
+// The axis of the light plane along the right of the camera that samples were taken from, as the near and far ends of its slices are: of what
+// is seen, bounds along it hold least. Where right is along the light, planeAxis().
+[[nodiscard]] glm::dvec3 boundsAxis(const glm::dvec3& directionWs, const glm::dvec3& rightWs) noexcept;
+
 inline constexpr int kMaxHull = 64;
 
 // What one map must hold, seen from the light.

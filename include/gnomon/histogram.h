@@ -4,6 +4,7 @@
 // sqrt(area of the plain fit of [a, b]) / w_i(z), times the weight of z's bin; the norm takes it over all samples.
 //   max         dynamic programme in O(n k): a slice inside another costs no more (proved), so the best begin only moves on
 //   mean, meanSquare  O(n^2 k) with an exact cut-off; O(n k log n) where the costs are a Monge array, which is checked
+// Costs are those of the bins as they were given: latency widens what maps cover, not what decides where they begin.
 // Differences from the slides: k-means clusters the logarithms of depth (of the bins), from their quantiles.
 // Shader part: none.
 // Test: tests/histogram_test.cpp

@@ -69,6 +69,7 @@ struct Region {
   std::span<const Box> receivers;  // where there are several; a single one has cut the volume
   double reach = kInfinity;  // farthest point of a volume given by corners from the eye, world units
   std::span<const SampleBounds> bounds;  // where samples lie on the light plane; none: anywhere
+  glm::dvec3 boundsRightWs{0.0};  // right of the camera that they were taken from
   double latency = 0.0;  // room for them, world units
   double unevenness = 0.0;  // how far its faces are from flat, world units
   Cell volume;  // view volume, half-spaces and the only receiver; no vertices: empty
@@ -80,6 +81,9 @@ struct Region {
 // Builds the region of a frame whose camera is valid. Errors: corners, receiverBox, casterBox, halfSpace, samples*, floatRange (index, value: what
 // was refused).
 [[nodiscard]] Status makeRegion(const Frame& frame, Region& region, int& index, double& value) noexcept;
+
+// The i-th of count + 1 view depths from near to far, of equal ratio or equally far apart; ends are exact.
+[[nodiscard]] double depthBetween(double near, double far, int i, int count, bool isRatio) noexcept;
 
 // The view depth where bin i of a histogram begins and bin i - 1 ends; ends are exact.
 [[nodiscard]] double binEdge(const Samples& samples, int i) noexcept;

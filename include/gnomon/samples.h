@@ -34,7 +34,8 @@ void windowEdges(const Camera& camera, double near, double far, std::span<float>
 // Counts the samples between the edges; those before the first or behind the last count in the end bins. counts: edges.size() - 1, overwritten.
 void sampleHistogram(const Camera& camera, const DepthImage& image, std::span<const float> edges, std::span<std::uint32_t> counts) noexcept;
 
-// The light space of Samples::bounds: x and y from a view-space position (x right, y up, z forward). Errors: camera*, lightDirection.
+// The light space of Samples::bounds: x and y from a view-space position (x right, y up, z forward); x is the camera's right seen along the
+// light, as the ends of its slices are: bounds along it hold least. Errors: camera*, lightDirection.
 [[nodiscard]] Status lightForSamples(const Frame& frame, glm::dmat3& lsFromView) noexcept;
 
 // What gnomon_samples.glsl needs of a view; its vec4s are GnomonSampleView's.
@@ -60,7 +61,7 @@ struct SampleStore {
   SampleBounds bounds[kSampleBins];
 };
 
-// All of it at once: range, histogram (where all depths are > 0) and the bounds of each bin. Samples::weights and latency stay. Errors: those
+// All of it at once: range, histogram (where all depths are > 0), the bounds of each bin and rightWs. Samples::weights and latency stay. Errors: those
 // of lightForSamples().
 [[nodiscard]] Status takeSamples(const Frame& frame, const DepthImage& image, SampleStore& store, Samples& samples) noexcept;
 

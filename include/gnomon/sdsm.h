@@ -2,7 +2,7 @@
 //
 // Based on: [Lauritzen 2010]; a composition of samples -> region -> histogram -> footprint -> fit -> atlas -> block.
 // Differences from the slides: the region is cut by the samples (gnomon/region.h), so bins without any get no map whatever the scheme; a map
-// is the least rectangle around what a slice's plain fit and its samples' bounds have in common; optimal splits are their future work.
+// is the least rectangle around what a slice's plain fit and the hull of its bounds have in common; optimal splits are their future work.
 // Shader part: glsl/gnomon_sdsm.glsl
 // Test: tests/sdsm_test.cpp, tests/parity_sdsm_test.cpp
 #pragma once

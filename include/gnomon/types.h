@@ -159,7 +159,10 @@ struct Samples {
       {};  // samples in bins of equal ratio over [near, far]; empty ones need no shadow; none: all may
   std::span<const double> weights = {};  // one for each bin: what an error there counts for optimal splits [>= 0]; none: 1
   std::span<const SampleBounds> bounds = {};  // depths that none of them holds are not sampled; none given: anywhere in view
-  double latency = 0.0;  // world units that the camera may have moved since they were taken [>= 0]
+  glm::dvec3 rightWs{0.0};  // right of the camera that bounds were taken from, any length; 0: the frame's
+  // World units that the camera may have moved since they were taken; a turn by an angle (radians) adds that times the distance of the farthest
+  // sample, whose view depth it changes by as much [>= 0]
+  double latency = 0.0;
 };
 
 // Room around what must be shadowed.

@@ -1,6 +1,7 @@
 #include "walk_samples.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -69,6 +70,99 @@ double median(std::vector<double> values) {
   return (values[(values.size() - 1) / 2] + values[values.size() / 2]) / 2.0;
 }
 
+using Points = std::vector<glm::dvec2>;
+
+// Counter-clockwise.  (Andrew's monotone chain)
+Points hullOf(Points points) {
+  std::sort(points.begin(), points.end(), [](const glm::dvec2& a, const glm::dvec2& b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  const std::size_t count = points.size();
+  if (count < 3) return points;
+  Points hull;
+  const auto extend = [&](const glm::dvec2& p, std::size_t least) {
+    const auto turn = [&](const glm::dvec2& a, const glm::dvec2& b) { return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x); };
+    while (hull.size() >= least && !(turn(hull[hull.size() - 2], hull.back()) > 0.0)) hull.pop_back();
+    hull.push_back(p);
+  };
+  for (std::size_t i = 0; i < count; ++i) extend(points[i], 2);
+  const std::size_t lower = hull.size();
+  for (std::size_t i = count - 1; i-- > 0;) extend(points[i], lower + 1);
+  hull.pop_back();
+  return hull;
+}
+
+// Areas: of the least rectangle around a hull, turned freely, which has a side along one of its edges; of the hull itself.
+glm::dvec2 areasOf(const Points& hull) {
+  double rectangle = hull.size() < 3 ? 0.0 : kInfinity, twice = 0.0;
+  for (std::size_t i = 0; i < hull.size() && hull.size() >= 3; ++i) {
+    const glm::dvec2 from = hull[i], to = hull[(i + 1) % hull.size()], axis = glm::normalize(to - from);
+    glm::dvec2 least(kInfinity), most(-kInfinity);
+    for (const glm::dvec2& p : hull) {
+      const glm::dvec2 at(glm::dot(axis, p), axis.x * p.y - axis.y * p.x);
+      least = glm::min(least, at);
+      most = glm::max(most, at);
+    }
+    rectangle = std::min(rectangle, (most.x - least.x) * (most.y - least.y));
+    twice += from.x * to.y - from.y * to.x;
+  }
+  return {rectangle, twice / 2.0};
+}
+
+// What no maps of a slice each, without warps, get below in predicted error over these pixels, wherever the slices end: x, where each is the
+// least rectangle around its samples; y, any linear map, whose texels cover the samples' hull and have a side of at least the root of their
+// area. Samples go into parts in order of depth; a slice's end lies in one part at most, which counts nothing: a lower bound.
+glm::dvec2 leastOfAnySlices(const Frame& frame, const offscreen::Picture& picture) {
+  constexpr std::size_t kParts = 256;
+  struct Sample {
+    double depth;
+    glm::dvec2 ls;
+  };
+  glm::dmat3 lsFromView;
+  require(lightForSamples(frame, lsFromView));
+  const glm::dvec3 forward = glm::normalize(frame.camera.forwardWs), right = glm::normalize(glm::cross(forward, frame.camera.upWs));
+  const glm::dmat3 viewFromWorld = glm::transpose(glm::dmat3(right, glm::cross(right, forward), forward));
+  std::vector<Sample> samples;
+  for (std::size_t i = 0; i < picture.counted.size(); ++i) {
+    if (!picture.counted[i] || picture.image.index[i] == kNoMap) continue;
+    const float* at = &picture.image.position[3 * i];  // from the eye
+    const glm::dvec3 vs = viewFromWorld * glm::dvec3(at[0], at[1], at[2]);
+    samples.push_back({vs.z, glm::dvec2(lsFromView * vs)});
+  }
+  if (samples.empty()) return glm::dvec2(0.0);
+  std::sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) { return a.depth < b.depth; });
+  Points hulls[kParts];
+  double before[kParts + 1] = {};  // sum of 1 / w_i
+  for (std::size_t part = 0; part < kParts; ++part) {
+    before[part + 1] = before[part];
+    for (std::size_t i = part * samples.size() / kParts; i < (part + 1) * samples.size() / kParts; ++i) {
+      hulls[part].push_back(samples[i].ls);
+      before[part + 1] += 1.0 / pixelWidth(frame.camera, frame.image, samples[i].depth);
+    }
+    hulls[part] = hullOf(std::move(hulls[part]));
+  }
+  // Of parts 0 to j by k + 1 slices.
+  std::vector<std::array<glm::dvec2, kParts>> least(static_cast<std::size_t>(frame.budget.partitions));
+  for (auto& each : least) each.fill(glm::dvec2(kInfinity));
+  std::vector<std::array<glm::dvec2, kParts>> costs(kParts);  // of parts i to j in a slice
+  for (std::size_t i = 0; i < kParts; ++i) {
+    Points hull;
+    for (std::size_t j = i; j < kParts; ++j) {
+      hull.insert(hull.end(), hulls[j].begin(), hulls[j].end());
+      hull = hullOf(std::move(hull));
+      costs[i][j] = glm::sqrt(areasOf(hull)) * ((before[j + 1] - before[i]) / kResolution);
+    }
+  }
+  for (std::size_t k = 0; k < least.size(); ++k)
+    for (std::size_t j = 0; j < kParts; ++j) {
+      least[k][j] = costs[0][j];
+      for (std::size_t i = 1; k > 0 && i <= j + 1; ++i) {  // part i - 1 counts nothing
+        const glm::dvec2 others = i > 1 ? least[k - 1][i - 2] : glm::dvec2(0.0), own = i <= j ? costs[i][j] : glm::dvec2(0.0);
+        least[k][j] = glm::min(least[k][j], others + own);
+      }
+    }
+  return least.back()[kParts - 1] / static_cast<double>(samples.size());
+}
+
 // What each way's maps say of a walk's frames. Medians over the walk.
 std::string compare(offscreen::Renderer& renderer, const offscreen::Tracer& tracer, const Box& bounds, const glm::dvec3& lightDirectionWs,
                     int frames) {
@@ -91,6 +185,7 @@ std::string compare(offscreen::Renderer& renderer, const offscreen::Tracer& trac
     std::vector<double> error, wrong, triangles, ms;
   };
   std::vector<Tally> tallies(ways.size());
+  std::vector<double> leastRectangles, leastMaps;
   offscreen::RenderOptions options;
   options.width = kWidth;
   options.height = kHeight;
@@ -108,6 +203,10 @@ std::string compare(offscreen::Renderer& renderer, const offscreen::Tracer& trac
       tallies[i].wrong.push_back(100.0 * picture.wrong.share());
       tallies[i].triangles.push_back(static_cast<double>(picture.image.shadowTriangles));
       tallies[i].ms.push_back(picture.image.frameMs);
+      if (i > 0) continue;
+      const glm::dvec2 bound = leastOfAnySlices(frame, picture);
+      leastRectangles.push_back(bound.x);
+      leastMaps.push_back(bound.y);
     }
   }
   if (tallies[0].error.empty()) return "nothing that is seen there faces the light\n";
@@ -120,6 +219,8 @@ std::string compare(offscreen::Renderer& renderer, const offscreen::Tracer& trac
     table += line("%-22s %7.2f %8.2f %8.3f %10.0f %8.2f %10.2f\n", ways[i].name.c_str(), median(tallies[i].error), ratio(&Tally::error),
                   median(tallies[i].wrong), median(tallies[i].triangles), ratio(&Tally::triangles), ratio(&Tally::ms));
   }
+  for (const auto& [name, values] : {std::pair("no rectangles below", leastRectangles), std::pair("no maps below", leastMaps)})
+    table += line("%-22s %7.2f %8.2f\n", name, median(values), median(values) / median(tallies[best].error));
   return table;
 }
 

@@ -35,6 +35,9 @@ struct Demand {
   }
 };
 
+// What has no maps.
+constexpr AutoCandidate kNone{.choice = {}, .error = kInfinity, .cost = kInfinity};
+
 // A choice with its maps fitted.
 struct Fitted {
   AutoCandidate candidate;
@@ -119,7 +122,8 @@ class Chooser {
     last_ = 1 - best_;
     Fitted& made = fitted_[last_];
     AutoCandidate& candidate = made.candidate;
-    candidate = {.choice = choice, .error = kInfinity, .cost = kInfinity};
+    candidate = kNone;
+    candidate.choice = choice;
     if (!makeSplits(choice, made.splits)) return candidate;
     made.byViewDepth = needsViewDepth(region_, made.splits);
     const MapSettings making{.fit = FitMode::tight,
@@ -137,6 +141,7 @@ class Chooser {
     work_ += made.fits * workOf(!isSearched ? 0 : !hints ? kSliceTrials : hints[0].isThorough ? kEverywhere : hints[0].trials);
     if (isSearched && !hints) work_ += kEverywhere;
     weigh(made.demand, made.fits, candidate);
+    texelsForTarget_ = std::min(texelsForTarget_, made.demand.texels(frame_.budget.targetError));
     record(made);
     if (hasBest() && !isBetter(candidate, best().candidate)) return candidate;
     best_ = 1 - best_;
@@ -151,7 +156,7 @@ class Chooser {
     const auto move = [&](int to) {
       if (to < 1 || to > most) return false;
       // Fewer seldom need less: then not without a search either. The search waits for what rows and faces come to.
-      if (to < count && !at.isMet) {
+      if (to < count && (!settings_.hasTarget || !at.isMet)) {
         if (!(considerNamed(to).error < considerNamed(count).error)) return false;
         count = to;
         return true;
@@ -172,12 +177,12 @@ class Chooser {
     const int wedges = best().candidate.isMet && settings_.hasTarget ? std::max(count, 2) : most;
     considerWedges(AutoLayout::rows, wedges);
     considerWedges(AutoLayout::faces, wedges);
-    if (!at.isMet && count < guessed) (void)considerSlices(count);
+    if ((!settings_.hasTarget || !at.isMet) && count < guessed) (void)considerSlices(count);
     const AutoCandidate& found = best().candidate;
     const AutoChoice searched{found.choice.layout, found.choice.count, Warp::least};
     constexpr double kNear = 1.03;  // of a target, so that a little more may meet it
-    if (settings_.hasTarget && !found.isMet) {
-      if (found.error < kNear * frame_.budget.targetError && canAfford(best().fits, kFineTrials))
+    if (!settings_.hasTarget || !found.isMet) {
+      if ((!settings_.hasTarget || found.error < kNear * frame_.budget.targetError) && canAfford(best().fits, kFineTrials))
         (void)considerFrom(searched, best(), kFineTrials, best().fits <= kFew && canAfford(best().fits, kEverywhere));
     } else if (found.choice == searched && searched.layout == AutoLayout::slices && count != guessed &&
                canAfford(best().fits, kFineTrials + kEverywhere / best().fits)) {
@@ -238,7 +243,6 @@ class Chooser {
   // What a choice comes to.
   void weigh(const Demand& demand, int fits, AutoCandidate& candidate) noexcept {
     const double target = frame_.budget.targetError, forTarget = demand.texels(target);
-    texelsForTarget_ = std::min(texelsForTarget_, forTarget);
     candidate.isMet = !settings_.hasTarget || forTarget <= usable;
     candidate.texels = settings_.hasTarget && candidate.isMet ? forTarget : texels;
     candidate.error = settings_.hasTarget && candidate.isMet ? target : demand.error(texels);
@@ -284,7 +288,7 @@ class Chooser {
     const int at = find(choice);
     if (at == report_.count && canAfford(count, 0) && !isHopeless(count, 1, Warp::none, {leastNeed(count)}))
       (void)consider(choice, nullptr);
-    return at < report_.count ? report_.candidates[at] : AutoCandidate{.error = kInfinity, .cost = kInfinity};
+    return at < report_.count ? report_.candidates[at] : kNone;
   }
 
   // Considers slices by the shapes of those searched before.
@@ -343,7 +347,7 @@ class Chooser {
     const double mostGain = layout == AutoLayout::faces ? 2.0 : 1.5;
     double gain = 1.1;
     const auto predict = [&](int maps, double by) {
-      AutoCandidate found{.error = kInfinity, .cost = kInfinity};
+      AutoCandidate found = kNone;
       const double least = layout == AutoLayout::faces ? facesNeed(maps) : leastNeed(maps);
       if (maps < 2 || maps > frame_.budget.partitions || isHopeless(maps, 1, Warp::none, {least})) return found;
       const AutoChoice choice{layout, maps, Warp::lispsm};
@@ -482,7 +486,7 @@ Status writeBest(const Frame& frame, const Region& region, const LightSpace& lig
   for (int i = 0;; ++i) {
     int mapCount = 0;
     if (spent.budget.texels < most)
-      spent.budget.texels = std::clamp(demandOf(frame, fitted, 1 << i, mapCount).texels(target), spent.budget.texels, most);
+      spent.budget.texels = std::clamp(demandOf(frame, fitted, 1 << 2 * i, mapCount).texels(target), spent.budget.texels, most);
     clear(solution);
     const Status status = placeMaps(spent, region, light, fitted.splits, making, fitted.maps, solution);
     if (status != Status::ok || solution.maxError <= target || i + 1 == kTries || spent.budget.texels >= most) return status;
@@ -550,7 +554,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
     constexpr double kSlack = 1.02;  // a target missed by little is missed still while the error has fallen by no more
     const double value = chooser.valueOf(held), most = 1.0 + settings.hysteresis;
     why.isKept = held.isMet == state.isMet && value <= state.value * most && value * most >= state.value &&
-                 chooser.overLimit(held) <= state.overLimit * most &&
+                 chooser.overLimit(held) <= state.overLimit * std::cbrt(most) &&
                  (held.isMet || held.error > target * most || held.error * kSlack >= state.value);
   }
   AutoState next = state;

@@ -11,15 +11,23 @@
 namespace gnomon {
 namespace {
 
-constexpr int kRoughTrials = 12;  // shapes tried from a like map's: a few per cent above a search everywhere
-constexpr int kHeldTrials = 8;  // from the map of the frame before: a round of the search, so that it follows the view
-constexpr int kFineTrials = 24;  // from the map before's in the same choice: a per cent
+// Shapes tried for each map beside the rectangle, its sides and a like map's shape: what is like it is seldom a per cent from the least.
+constexpr int kSliceTrials = 2;  // from the slice before, or the slice at its place in another count
+constexpr int kWedgeTrials = 6;  // from its named warp, which is less like it
+constexpr int kFew = 4;  // maps, whose searches take little
+constexpr int kUnlike = 2;  // so few slices have ratios of their own, and little to search
+constexpr int kEverywhere = 36;  // or so, where there is none
+constexpr int kFineTrials = 12;  // from its own
+constexpr int kHeldTrials = 0;  // from the map of the frame before, taken as it is
+constexpr double kMostWork = 360.0;  // a choice may take, in shapes tried: some 100 us
 
 // The texels that maps take for error e: area / e^2 + edge / e + fixed.
 struct Demand {
   double area = 0.0, edge = 0.0, fixed = 0.0;
 
   [[nodiscard]] double texels(double error) const noexcept { return (area / error + edge) / error + fixed; }
+  // Of maps whose sides need so much of these.
+  [[nodiscard]] Demand scaled(double side, double maps) const noexcept { return {area * side * side, edge * side * maps, fixed * maps}; }
   // The error that so many texels give; infinite where there are too few for any.
   [[nodiscard]] double error(double texels) const noexcept {
     const double left = texels - fixed;
@@ -27,12 +35,15 @@ struct Demand {
   }
 };
 
+// What has no maps.
+constexpr AutoCandidate kNone{.choice = {}, .error = kInfinity, .cost = kInfinity};
+
 // A choice with its maps fitted.
 struct Fitted {
   AutoCandidate candidate;
   Demand demand;
   Splits splits;
-  bool byViewDepth = false;
+  int fits = 0;  // maps that are not copies
   MapFits maps;
 };
 
@@ -65,6 +76,7 @@ class Chooser {
     limit_ = frame.samples ? 0.0 : area_;  // what is sampled may need less
     if (region.camera.projection == Projection::perspective)
       grown_ = std::log(region.spans[region.spanCount - 1].far / region.spans[0].near);
+    isCut_ = !frame.scene.receivers.empty() || !frame.scene.planes.empty();
     canWarp_ = region.bounds.empty() && region.pixelSlope > 0.0;
   }
 
@@ -72,6 +84,8 @@ class Chooser {
   double texels = 0.0, usable = 0.0;
 
   [[nodiscard]] Fitted& best() noexcept { return fitted_[best_]; }
+  // What was fitted last.
+  [[nodiscard]] const Fitted& last() const noexcept { return fitted_[last_]; }
   [[nodiscard]] bool hasBest() const noexcept { return fitted_[best_].candidate.choice.count > 0; }
   // False where this frame cannot be served as the choice says: nothing of it is warped, or its sides have no rows.
   [[nodiscard]] bool canTake(const AutoChoice& choice) const noexcept {
@@ -87,12 +101,6 @@ class Chooser {
   [[nodiscard]] double texelsForTarget() const noexcept { return texelsForTarget_; }
 
   void forgetBest() noexcept { fitted_[best_].candidate = {}; }
-  void forget() noexcept {
-    forgetBest();
-    report_.count = 0;
-    report_.chosen = report_.runnerUp = -1;
-    texelsForTarget_ = kInfinity;
-  }
 
   // True where a is the better answer.
   [[nodiscard]] bool isBetter(const AutoCandidate& a, const AutoCandidate& b) const noexcept {
@@ -108,28 +116,31 @@ class Chooser {
     return area_ > 0.0 ? candidate.neededTexels / area_ : 0.0;
   }
 
-  // Fits a choice. hints: for each slice, or null: the first map's warp is searched for everywhere. What has no map is never met.
+  // Fits a choice. hints: for each slice, or null: of the least warps the first is searched for everywhere. What has no map is never met.
   AutoCandidate consider(const AutoChoice& choice, const WarpHint* hints) noexcept {
-    Fitted& made = fitted_[1 - best_];
+    last_ = 1 - best_;
+    Fitted& made = fitted_[last_];
     AutoCandidate& candidate = made.candidate;
-    candidate = {.choice = choice, .error = kInfinity, .cost = kInfinity};
+    candidate = kNone;
+    candidate.choice = choice;
     if (!makeSplits(choice, made.splits)) return candidate;
-    made.byViewDepth = needsViewDepth(region_, made.splits);
-    const MapSettings making{
-        .fit = FitMode::tight, .warp = {.warp = choice.warp}, .shares = Shares::error, .hints = hints, .chained = kFineTrials};
-    fitMaps(frame_, region_, light_, made.splits, making, made.byViewDepth, made.maps);
+    const MapSettings making{.fit = FitMode::tight,
+                             .warp = {.warp = choice.warp},
+                             .shares = Shares::error,
+                             .hints = hints,
+                             .chained = choice.count <= kFew ? kFineTrials : kSliceTrials};
+    fitMaps(frame_, region_, light_, made.splits, making, needsViewDepth(region_, made.splits), made.maps);
     made.demand = demandOf(frame_, made, 0.0, candidate.maps);
     if (candidate.maps == 0) return candidate;
     candidate.neededTexels = made.maps.neededTexels;
-    int fits = 0;
-    for (int i = 0; i < made.splits.count; ++i) fits += made.maps.footprints[i].count > 0 && made.maps.footprints[i].like == i;
-    const double target = frame_.budget.targetError, forTarget = made.demand.texels(target);
-    texelsForTarget_ = std::min(texelsForTarget_, forTarget);
-    candidate.isMet = !settings_.hasTarget || forTarget <= usable;
-    candidate.texels = settings_.hasTarget && candidate.isMet ? forTarget : texels;
-    candidate.error = settings_.hasTarget && candidate.isMet ? target : made.demand.error(texels);
-    candidate.cost = costOf(candidate.maps, fits, choice.warp, candidate.texels);
-    record(candidate);
+    made.fits = 0;
+    for (int i = 0; i < made.splits.count; ++i) made.fits += made.maps.footprints[i].count > 0 && made.maps.footprints[i].like == i;
+    const bool isSearched = choice.warp == Warp::least;
+    work_ += made.fits * workOf(!isSearched ? 0 : !hints ? kSliceTrials : hints[0].isThorough ? kEverywhere : hints[0].trials);
+    if (isSearched && !hints) work_ += kEverywhere;
+    weigh(made.demand, made.fits, candidate);
+    texelsForTarget_ = std::min(texelsForTarget_, made.demand.texels(frame_.budget.targetError));
+    record(made);
     if (hasBest() && !isBetter(candidate, best().candidate)) return candidate;
     best_ = 1 - best_;
     return candidate;
@@ -138,12 +149,17 @@ class Chooser {
   // Compares all choices that have hope.
   void chooseAll() noexcept {
     const int most = frame_.budget.partitions;
-    const Warp warp = canWarp_ ? Warp::least : Warp::none;
     int count = guessCount();
-    AutoCandidate at = consider({AutoLayout::slices, count, warp}, nullptr);
+    AutoCandidate at = considerSlices(count);
     const auto move = [&](int to) {
-      if (to < 1 || to > most || isHopeless(to, leastNeed(to))) return false;
-      const AutoCandidate found = considerRoughly({AutoLayout::slices, to, warp});
+      if (to < 1 || to > most) return false;
+      // Fewer seldom need less: then not without a search either. The search waits for what rows and faces come to.
+      if (to < count && (!settings_.hasTarget || !at.isMet)) {
+        if (!(considerNamed(to).error < considerNamed(count).error)) return false;
+        count = to;
+        return true;
+      }
+      const AutoCandidate found = considerSlices(to);
       if (!isBetter(found, at)) return false;
       at = found;
       count = to;
@@ -156,19 +172,47 @@ class Chooser {
     }
     if (count > 2) (void)move(1);  // of a cut view one map may need less than any few
     if (!canWarp_) return;
-    if (count != guessed) (void)consider({AutoLayout::slices, count, warp}, nullptr);
     // Where nothing but the error counts, rows and faces may use all maps though slices do not.
-    const int wedges = best().candidate.isMet && settings_.hasTarget ? count : most;
-    considerWedges(AutoLayout::rows, wedges, leastNeed(wedges));
-    considerWedges(AutoLayout::faces, wedges, facesNeed(wedges));
-    if (settings_.hasTarget)  // without a search: little, but all that a small scene costs
-      (void)consider({AutoLayout::slices, count, Warp::lispsm}, nullptr);
-    if (settings_.hasTarget && !best().candidate.isMet && best().candidate.choice.warp == Warp::least)
-      considerThoroughly(best().candidate.choice, best());
+    const int wedges = best().candidate.isMet && settings_.hasTarget ? std::max(count, 2) : most;
+    considerWedges(AutoLayout::rows, wedges);
+    considerWedges(AutoLayout::faces, wedges);
+    if ((!settings_.hasTarget || !at.isMet) && count < guessed) (void)considerSlices(count);
+    const AutoCandidate& found = best().candidate;
+    const AutoChoice searched{found.choice.layout, found.choice.count, Warp::least};
+    constexpr double kNear = 1.03;  // of a target, so that a little more may meet it
+    if (!settings_.hasTarget || !found.isMet) {
+      if ((!settings_.hasTarget || found.error < kNear * frame_.budget.targetError) && canAfford(best().fits, kFineTrials))
+        (void)considerFrom(searched, best(), kFineTrials, best().fits <= kFew && canAfford(best().fits, kEverywhere));
+    } else if (found.choice == searched && searched.layout == AutoLayout::slices && count != guessed &&
+               canAfford(best().fits, kFineTrials + kEverywhere / best().fits)) {
+      (void)consider(searched, nullptr);  // its shapes were found from the guess's, which may be unlike
+    }
+  }
+
+  // Weighs all that was compared anew, as fewer texels are usable, and fits what is the best of it now.
+  void weighAgain() noexcept {
+    int first = 0;
+    for (int i = 0; i < report_.count; ++i) {
+      weigh(demands_[i], fits_[i], report_.candidates[i]);
+      if (isBetter(report_.candidates[i], report_.candidates[first])) first = i;
+    }
+    const AutoChoice choice = report_.candidates[first].choice;
+    if (choice == best().candidate.choice) {
+      best().candidate = report_.candidates[first];
+      return;
+    }
+    forgetBest();
+    if (choice.layout == AutoLayout::slices || choice.warp != Warp::least) {
+      (void)consider(choice, nullptr);
+    } else {
+      (void)consider({choice.layout, choice.count, Warp::lispsm}, nullptr);
+      (void)considerFrom(choice, best(), kWedgeTrials);
+    }
   }
 
   // Says what was chosen, what came next, and what the target would take where it is missed.
   void report() noexcept {
+    report_.chosen = report_.runnerUp = -1;
     for (int i = 0; i < report_.count; ++i) {
       if (report_.candidates[i].choice == best().candidate.choice)
         report_.chosen = i;
@@ -182,7 +226,7 @@ class Chooser {
   [[nodiscard]] int mapsForTarget() noexcept {
     for (int count = frame_.budget.partitions + 1; count <= kMaxPartitions; ++count) {
       usable = budgetOf(count);
-      if (considerRoughly({AutoLayout::slices, count, canWarp_ ? Warp::least : Warp::none}).isMet) return count;
+      if (considerLike({AutoLayout::slices, count, canWarp_ ? Warp::least : Warp::none}).isMet) return count;
     }
     return 0;
   }
@@ -195,25 +239,66 @@ class Chooser {
     return maps * profile.pass + texelCount * profile.texel + fits * (profile.fit + (warp == Warp::least ? profile.search : 0.0));
   }
 
-  // True where no choice of so many maps can be better than the best: the limit's texels alone cost more.
-  [[nodiscard]] bool isHopeless(int maps, double needed) const noexcept {
-    if (!hasBest()) return false;
-    const AutoCandidate& found = fitted_[best_].candidate;
-    if (!settings_.hasTarget || !found.isMet) return Demand{needed}.error(texels) >= found.error;
-    return costOf(maps, 1, Warp::none, needed / square(frame_.budget.targetError)) >= found.cost;
+  // What a choice comes to.
+  void weigh(const Demand& demand, int fits, AutoCandidate& candidate) noexcept {
+    const double target = frame_.budget.targetError, forTarget = demand.texels(target);
+    candidate.isMet = !settings_.hasTarget || forTarget <= usable;
+    candidate.texels = settings_.hasTarget && candidate.isMet ? forTarget : texels;
+    candidate.error = settings_.hasTarget && candidate.isMet ? target : demand.error(texels);
+    candidate.cost = costOf(candidate.maps, fits, candidate.choice.warp, candidate.texels);
   }
 
-  // Considers slices by the shapes of the best so far.
-  AutoCandidate considerRoughly(const AutoChoice& choice) noexcept {
-    const Fitted& known = best();
-    constexpr int kUnlike = 2;  // so few slices have ratios of their own, and little to search
-    if (choice.count <= kUnlike || choice.warp != Warp::least || known.candidate.choice.warp != Warp::least ||
-        known.candidate.choice.layout != choice.layout)
-      return consider(choice, nullptr);
+  // Work, in shapes tried for a map: to fit one by itself, and its search where it begins with that of a like one.
+  static double workOf(int trials) noexcept {
+    constexpr double kFit = 4.0, kSides = 7.0;
+    return trials > 0 ? kFit + kSides + trials : kFit;
+  }
+  // False where so many fits would take the choice past its time: what has not been compared by then is not.
+  [[nodiscard]] bool canAfford(int fits, int trials) const noexcept { return !hasBest() || work_ + fits * workOf(trials) <= kMostWork; }
+
+  // True where no choice of so many maps, of which so many are fitted by themselves, can be better than the best: what it takes at least
+  // costs more.
+  [[nodiscard]] bool isHopeless(int maps, int fits, Warp warp, const Demand& least) const noexcept {
+    if (!hasBest()) return false;
+    const AutoCandidate& found = fitted_[best_].candidate;
+    if (!settings_.hasTarget || !found.isMet) return least.error(texels) >= found.error;
+    return costOf(maps, fits, warp, least.texels(frame_.budget.targetError)) >= found.cost;
+  }
+
+  // Considers slices without a search, which is little, but all that a small scene costs; then with one, where that has hope.
+  AutoCandidate considerSlices(int count) noexcept {
+    constexpr double kMore = 1.3;  // times the texels, what a search gains over LiSPSM seldom differs by more from one count to the next
+    const Demand least{leastNeed(count)};
+    const AutoCandidate found = considerNamed(count);
+    if (!canWarp_ || found.maps == 0) return found;
+    const int at = find(found.choice);
+    const double gain = sliceGain_ > 0.0 && count > kUnlike ? sliceGain_ * kMore : kInfinity;
+    if (isHopeless(count, fits_[at], Warp::least, least) ||
+        isHopeless(count, fits_[at], Warp::least, demands_[at].scaled(std::sqrt(1.0 / gain), 1.0)) || !canAfford(fits_[at], kSliceTrials))
+      return found;
+    const AutoCandidate searched = considerLike({AutoLayout::slices, count, Warp::least});
+    sliceGain_ = demands_[at].area / last().demand.area;
+    return isBetter(searched, found) ? searched : found;
+  }
+
+  // Considers slices without a search.
+  AutoCandidate considerNamed(int count) noexcept {
+    const AutoChoice choice{AutoLayout::slices, count, canWarp_ ? Warp::lispsm : Warp::none};
+    const int at = find(choice);
+    if (at == report_.count && canAfford(count, 0) && !isHopeless(count, 1, Warp::none, {leastNeed(count)}))
+      (void)consider(choice, nullptr);
+    return at < report_.count ? report_.candidates[at] : kNone;
+  }
+
+  // Considers slices by the shapes of those searched before.
+  AutoCandidate considerLike(const AutoChoice& choice) noexcept {
     WarpHint hints[kMaxPartitions];
-    for (int i = 0; i < choice.count; ++i)
-      hints[i] = hintOf(known.maps, known.maps.footprints[i * known.splits.count / choice.count].like, kRoughTrials);
-    return consider(choice, hints);
+    for (int i = 0; i < choice.count && searched_ > 0; ++i) hints[i] = slices_[i * searched_ / choice.count];
+    const AutoCandidate found = consider(choice, choice.count > kUnlike && searched_ > 0 && choice.warp == Warp::least ? hints : nullptr);
+    if (found.maps == 0 || choice.warp != Warp::least) return found;
+    searched_ = last().splits.count;
+    for (int i = 0; i < searched_; ++i) slices_[i] = hintOf(last().maps, last().maps.footprints[i].like, kSliceTrials);
+    return found;
   }
 
   // Of the least texels that any map needs, what so many slices or rows of one ratio leave where they are warped.  [Lloyd 2006, eq. 18
@@ -221,10 +306,11 @@ class Chooser {
   [[nodiscard]] double shareOfLimit(int count) const noexcept { return grown_ > 0.0 ? count * std::expm1(grown_ / count) / grown_ : 1.0; }
 
   // Texels that no choice of so many maps does without: the formula is exact for a light overhead; of others none was found below 0.8 of it
-  // in thousands of views, whole and cut, from four maps on none below it. 0 where the limit is unknown.
+  // in thousands of views, from four maps on none below it, but where a box or two fill one map or two. 0 where the limit is unknown.
   [[nodiscard]] double leastNeed(int count) const noexcept {
     constexpr double kLeast = 0.8;
-    return kLeast * limit_ * shareOfLimit(count);
+    constexpr int kOneOrTwo = 2;
+    return limit_ * (isCut_ && count <= kOneOrTwo ? 1.0 : std::max(kLeast * shareOfLimit(count), 1.0));
   }
 
   // The same of faces: each side in use has its rows, and one map is the near plane's.
@@ -254,24 +340,84 @@ class Chooser {
     return best;
   }
 
-  // Rows or faces, as many as the best slices, where they have hope: they need at least `needed`.
-  void considerWedges(AutoLayout layout, int count, double needed) noexcept {
-    if (isHopeless(count, needed)) return;
-    // A named warp says at a third of the price what has no hope.
-    constexpr double kHopeless = 1.5;  // times the texels: for wedges the least of all warps seldom gains more over LiSPSM
-    const AutoCandidate rough = consider({layout, count, Warp::lispsm}, nullptr);
-    if (rough.maps == 0 || isHopeless(rough.maps, rough.neededTexels / kHopeless)) return;
-    considerThoroughly({layout, count, Warp::least}, best().candidate.choice == rough.choice ? best() : fitted_[1 - best_]);
+  // Considers rows or faces. Named warps say at a tenth of a search's price how many, where the target can be met, and what has no hope.
+  void considerWedges(AutoLayout layout, int count) noexcept {
+    // Times the texels that the least of all warps gains over LiSPSM, whose axis faces are seldom along: seldom more; usually.
+    const double mostGain = layout == AutoLayout::faces ? 2.0 : 1.5;
+    double gain = 1.1;
+    const auto predict = [&](int maps, double by) {
+      AutoCandidate found = kNone;
+      const double least = layout == AutoLayout::faces ? facesNeed(maps) : leastNeed(maps);
+      if (maps < 2 || maps > frame_.budget.partitions || isHopeless(maps, 1, Warp::none, {least})) return found;
+      const AutoChoice choice{layout, maps, Warp::lispsm};
+      int at = find(choice);
+      if (at == report_.count && canAfford(maps, 0)) (void)consider(choice, nullptr);
+      if (at == report_.count) return found;
+      found = report_.candidates[at];
+      AutoCandidate searched = found;
+      searched.choice.warp = Warp::least;
+      weigh(demands_[at].scaled(std::sqrt(1.0 / by), 1.0), fits_[at], searched);
+      return isBetter(searched, found) ? searched : found;
+    };
+    const auto search = [&](int maps) {
+      const AutoChoice named{layout, maps, Warp::lispsm}, choice{layout, maps, Warp::least};
+      const int at = find(named);
+      const auto hasHope = [&](double by) {
+        return !isHopeless(report_.candidates[at].maps, fits_[at], Warp::least, demands_[at].scaled(std::sqrt(1.0 / by), 1.0));
+      };
+      if (at == report_.count || find(choice) < report_.count || !hasHope(mostGain) || !canAfford(fits_[at], kWedgeTrials)) return false;
+      if (!(last().candidate.choice == named)) (void)consider(named, nullptr);
+      if (!hasHope(std::min(gainOfLargest(last()), mostGain))) return false;
+      const AutoCandidate found = considerFrom(choice, last(), kWedgeTrials);
+      gain = report_.candidates[at].neededTexels / found.neededTexels;
+      return found.choice == best().candidate.choice;
+    };
+    for (;;) {
+      AutoCandidate at = predict(count, gain);
+      if (settings_.hasTarget && at.isMet)
+        for (const int step : {-1, 1})
+          for (AutoCandidate next; isBetter(next = predict(count + step, gain), at); at = next) count += step;
+      if (!search(count)) break;
+    }
+    if (settings_.hasTarget && best().candidate.isMet && !predict(count - 1, gain).isMet && predict(count - 1, mostGain).isMet)
+      (void)search(count - 1);
   }
 
-  // Searches for every map everywhere, and from the maps of a choice of as many.
-  void considerThoroughly(const AutoChoice& choice, const Fitted& known) noexcept {
+  // Times the texels that a search gains over the named warps of the two maps that need most: of all it seldom gains more than this.
+  [[nodiscard]] double gainOfLargest(const Fitted& known) const noexcept {
+    constexpr int kLargest = 2;
+    constexpr double kMore = 1.15;
+    const MapFits& maps = known.maps;
+    if (known.fits <= kFew) return kInfinity;
+    const auto needs = [&](int i) { return maps.footprints[i].count > 0 ? maps.fits[i].needed : 0.0; };
+    int largest[kLargest] = {0, 0};
+    for (int i = 1; i < known.splits.count; ++i) {
+      if (needs(i) > needs(largest[0])) {
+        largest[1] = largest[0];
+        largest[0] = i;
+      } else if (largest[1] == largest[0] || needs(i) > needs(largest[1])) {
+        largest[1] = i;
+      }
+    }
+    double named = 0.0, searched = 0.0;
+    for (const int i : largest) {
+      const WarpHint hint = hintOf(maps, i, kWedgeTrials);
+      MapFit fit = fitSlice(region_, maps.footprints[i], FitMode::tight, maps.pixels[i]);
+      (void)warpFit({.warp = Warp::least}, light_, maps.footprints[i], maps.served[i], glm::dvec2(0.0), fit, &hint);
+      named += needs(i);
+      searched += fit.needed;
+    }
+    return kMore * named / searched;
+  }
+
+  // Searches for every map from that of a choice of as many.
+  AutoCandidate considerFrom(const AutoChoice& choice, const Fitted& known, int trials, bool isThorough = false) noexcept {
     WarpHint hints[kMaxPartitions];
     for (int i = 0; i < known.splits.count; ++i) {
-      hints[i] = hintOf(known.maps, known.maps.footprints[i].like, kFineTrials);
-      hints[i].isThorough = true;
+      hints[i] = hintOf(known.maps, known.maps.footprints[i].like, trials);
+      hints[i].isThorough = isThorough;
     }
-    (void)consider(choice, hints);
+    return consider(choice, hints);
   }
 
   bool makeSplits(const AutoChoice& choice, Splits& splits) noexcept {
@@ -290,14 +436,21 @@ class Chooser {
     return splits.isWedged && splits.count > 0;
   }
 
-  void record(const AutoCandidate& candidate) noexcept {
-    for (int i = 0; i < report_.count; ++i)
-      if (report_.candidates[i].choice == candidate.choice) {
-        if (isBetter(candidate, report_.candidates[i])) report_.candidates[i] = candidate;
-        return;
-      }
-    if (candidate.choice.count <= frame_.budget.partitions && report_.count < kMaxCandidates)
-      report_.candidates[report_.count++] = candidate;
+  void record(const Fitted& made) noexcept {
+    const AutoCandidate& candidate = made.candidate;
+    const int at = find(candidate.choice);
+    if (at < report_.count ? !isBetter(candidate, report_.candidates[at]) : candidate.choice.count > frame_.budget.partitions) return;
+    if (at == kMaxCandidates) return;
+    report_.count = std::max(report_.count, at + 1);
+    report_.candidates[at] = candidate;
+    demands_[at] = made.demand;
+    fits_[at] = made.fits;
+  }
+  // Its place in the report; past its end where it is not there.
+  [[nodiscard]] int find(const AutoChoice& choice) const noexcept {
+    int at = 0;
+    while (at < report_.count && !(report_.candidates[at].choice == choice)) ++at;
+    return at;
   }
 
   const Frame& frame_;
@@ -308,9 +461,15 @@ class Chooser {
   double limit_ = 0.0, area_ = 0.0;  // the least texels; of all that is in view, sampled or not
   double grown_ = 0.0;  // logarithm of the depths' ratio
   double texelsForTarget_ = kInfinity;
-  bool canWarp_ = false;
-  int best_ = 0;
+  bool canWarp_ = false, isCut_ = false;
+  double work_ = 0.0;
+  int best_ = 0, last_ = 0;
   Fitted fitted_[2];
+  WarpHint slices_[kMaxPartitions];  // shapes of the slices searched last
+  int searched_ = 0;  // their number
+  double sliceGain_ = 0.0;  // times the texels, what their search gained over LiSPSM; 0: not known
+  Demand demands_[kMaxCandidates];  // of the report's candidates
+  int fits_[kMaxCandidates];
 };
 
 // Places the best choice's maps and writes them, with as many texels as meet the target: whole texels may round past it.
@@ -326,7 +485,7 @@ Status writeBest(const Frame& frame, const Region& region, const LightSpace& lig
   for (int i = 0;; ++i) {
     int mapCount = 0;
     if (spent.budget.texels < most)
-      spent.budget.texels = std::clamp(demandOf(frame, fitted, 1 << i, mapCount).texels(target), spent.budget.texels, most);
+      spent.budget.texels = std::clamp(demandOf(frame, fitted, 1 << 2 * i, mapCount).texels(target), spent.budget.texels, most);
     clear(solution);
     const Status status = placeMaps(spent, region, light, fitted.splits, making, fitted.maps, solution);
     if (status != Status::ok || solution.maxError <= target || i + 1 == kTries || spent.budget.texels >= most) return status;
@@ -391,16 +550,21 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
   if (state.choice.count > 0 && state.partitions == frame.budget.partitions && chooser.canTake(state.choice)) {
     recall(light, state, hints);
     held = chooser.consider(state.choice, hints);
+    constexpr double kSlack = 1.02;  // a target missed by little is missed still while the error has fallen by no more
     const double value = chooser.valueOf(held), most = 1.0 + settings.hysteresis;
-    why.isKept = held.isMet && state.isMet && value <= state.value * most && value * most >= state.value &&
-                 chooser.overLimit(held) <= state.overLimit * most;
+    why.isKept = held.isMet == state.isMet && value <= state.value * most && value * most >= state.value &&
+                 chooser.overLimit(held) <= state.overLimit * std::cbrt(most) &&
+                 (held.isMet || held.error > target * most || held.error * kSlack >= state.value);
   }
   AutoState next = state;
   next.partitions = frame.budget.partitions;
   constexpr int kAttempts = 3;  // where the atlas cannot be filled, what it held is all there is
   for (int round = 1;; ++round) {
     if (!why.isKept) {
-      chooser.chooseAll();
+      if (round == 1)
+        chooser.chooseAll();
+      else
+        chooser.weighAgain();
       const AutoCandidate best = chooser.best().candidate;
       if (best.maps == 0) {
         clearBlock(solution.block);
@@ -433,7 +597,6 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
     chooser.usable = predicted.texels * kLess;
     if ((solution.warnings & static_cast<std::uint32_t>(Warning::atlasReduced)) != 0)
       chooser.usable = std::min(chooser.usable, spentTexels(solution));
-    chooser.forget();
     held = {};
     why.isKept = false;
   }

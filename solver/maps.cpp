@@ -116,8 +116,6 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
       const WarpHint* hint = settings.hints ? &settings.hints[i] : nullptr;
       if (!hint && maps.hasServed && settings.chained > 0 && i > 0 && (maps.fits[i - 1].isWarped || i > 1)) {
         before = hintOf(maps, maps.footprints[i - 1].like, settings.chained);
-        constexpr int kFew = 4;  // slices, that differ much from one another
-        before.isThorough = splits.count <= kFew;
         hint = &before;
       }
       if (maps.hasServed) maps.shapes[i] = warpFit(warp, light, maps.footprints[i], maps.served[i], axis, fit, hint);

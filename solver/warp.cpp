@@ -305,6 +305,8 @@ class Search {
 // is all around, the projected view direction. The shares of the pixels' ratio are where optima lie.
 WarpShape searchLeast(double rectangle, const LightSpace& light, const Footprint& footprint, const Served& served, double logRatio,
                       const WarpHint* hint) noexcept {
+  if (hint && hint->trials == 0 && !hint->isThorough)
+    return {hint->shape.phi, std::min(hint->shape.kappa * logRatio, kMostKappa), hint->shape.sigma, hint->shape.tau};
   Search search(footprint, served);
   search.consider(rectangle, 0.0);
   const Spread spread = findSpread(footprint);

@@ -166,6 +166,10 @@ TEST_F(ReportRun, ResumesMergesAndReadsInABrowser) {
   EXPECT_EQ(read("said").find("already there"), std::string::npos);
   ASSERT_EQ(shell(tool + "--scenes hall,city --shard 1/2 --out a"), 0);
   EXPECT_NE(read("said").find("already there"), std::string::npos);
+  std::ofstream(m_folder / "a/program.txt") << "another\n";  // and all of it after a change of the program
+  ASSERT_EQ(shell(tool + "--scenes hall,city --shard 1/2 --out a"), 0);
+  EXPECT_NE(read("said").find("starting over"), std::string::npos);
+  EXPECT_EQ(read("said").find("already there"), std::string::npos);
   ASSERT_EQ(shell(std::string("'") + GNOMON_TOOL + "' report --merge a --out d"), 0) << read("said");
   EXPECT_EQ(Json::parse(read("d/report.json"))["records"].size(), static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n')));
   EXPECT_EQ(shell(tool + "--methods lloyd,nosuch --out a"), 2);

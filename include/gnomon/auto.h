@@ -73,7 +73,7 @@ struct AutoState {
   int partitions = 0;  // that the budget allowed
   double value = 0.0;  // cost when all were compared last; without a target the error
   double overLimit = 0.0;  // texels needed over the least that the view needs, then
-  bool isMet = false;  // while the target is missed all are compared every frame
+  bool isMet = false;  // the target, then
   struct Shape {
     glm::dvec3 axisVs{0.0};  // along which the map is warped, view space; zero: not warped
     double kappaShare = 0.0, sigma = 0.0, tau = 0.0;  // as WarpHint has them

@@ -36,7 +36,7 @@ struct WarpShape {
 // like this one.
 struct WarpHint {
   WarpShape shape;  // its kappa for each unit of log(widest pixel / narrowest)
-  int trials;  // shapes tried from the best of them
+  int trials;  // shapes tried from the best of them; 0: none, the shape is taken as it is
   bool isThorough = false;  // everywhere, and from it as well
 };
 

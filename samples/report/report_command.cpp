@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -22,6 +23,7 @@ using cli::Refusal;
 namespace fs = std::filesystem;
 
 constexpr const char* kJobs = "/jobs.jsonl";
+constexpr const char* kProgram = "/program.txt";  // what measured them
 
 void writeText(const std::string& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
@@ -33,6 +35,30 @@ void writeText(const std::string& path, const std::string& text) {
 bool endsInside(const std::string& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   return file && file.tellg() > 0 && file.seekg(-1, std::ios::end).get() != '\n';
+}
+
+// A hash of the running program (FNV-1a); empty where the system does not show it.
+std::string programHash() {
+  std::ifstream file("/proc/self/exe", std::ios::binary);
+  if (!file) return {};
+  std::uint64_t hash = 0xcbf29ce484222325;
+  std::vector<char> block(1 << 20);
+  while (file.read(block.data(), static_cast<std::streamsize>(block.size())), file.gcount() > 0)
+    for (std::streamsize i = 0; i < file.gcount(); ++i)
+      hash = (hash ^ static_cast<unsigned char>(block[static_cast<std::size_t>(i)])) * 0x100000001b3;
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+  return text;
+}
+
+// Numbers of another build are not gone on with.
+void forgetOtherPrograms(const std::string& folder) {
+  const std::string own = programHash();
+  std::string before;
+  std::ifstream(folder + kProgram) >> before;
+  if (before == own) return;
+  if (fs::remove(folder + kJobs)) std::cerr << folder << ": was measured by another build of the program; starting over\n";
+  writeText(folder + kProgram, own + "\n");
 }
 
 // "2/5": the second of five.
@@ -70,7 +96,7 @@ int merge(const ReportArguments& arguments) {
   for (const std::string& from : arguments.merged) {
     if (!fs::exists(from + kJobs)) throw Refusal("--merge: must be folders of reports, got " + from);
     readRecords(from + kJobs, records);
-    for (const char* part : {"/pictures", "/cases"})
+    for (const char* part : {"/pictures", "/cases", "/peers.json", kProgram})
       if (fs::exists(from + part) && !fs::equivalent(from, arguments.folder))
         fs::copy(from + part, arguments.folder + part, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
   }
@@ -110,6 +136,7 @@ int report(const ReportArguments& arguments) {
   const std::string& folder = arguments.folder;
   fs::create_directories(folder + "/pictures");
 
+  forgetOtherPrograms(folder);
   Records done, wanted;
   readRecords(folder + kJobs, done);
   offscreen::Renderer renderer;

@@ -325,9 +325,8 @@ void cutToBounds(const Region& region, const LightSpace& light, const DepthSpan&
     for (const glm::dvec2& p : {least, most, glm::dvec2(least.x, most.y), glm::dvec2(most.x, least.y)})
       corners.add(glm::dvec3(xLs * p.x + yLs * p.y, 0.0), 0.0);
   }
-  Ring ring;
   glm::dvec2 hull[kMaxHull];
-  const int count = corners.count > 0 ? makeHull(corners.ls, corners.count, ring, hull) : 0;
+  const int count = corners.count > 0 ? makeHull(corners.ls, corners.count, hull) : 0;
   if (count == 0) footprint.count = 0;
   for (int i = 0; i < count && footprint.count > 0; ++i) {
     const glm::dvec2 edge = hull[i + 1 < count ? i + 1 : 0] - hull[i], inwards(-edge.y, edge.x);

@@ -76,13 +76,15 @@ void splitMinimax(const Frame& frame, const Region& region, const LightSpace& li
   splits.isWedged = false;
   if (region.spanCount == 0) return;
   const bool isPerspective = region.camera.projection == Projection::perspective;
-  const auto depthOf = [&](double step) { return isPerspective ? std::exp(step) : step; };
-  const auto stepOf = [&](double depth) { return isPerspective ? std::log(depth) : depth; };
+  const double near = region.spans[0].near, far = region.spans[region.spanCount - 1].far;
+  // Steps of the depth over near, so that a scaled world has the same.
+  const auto depthOf = [&](double step) { return isPerspective ? near * std::exp(step) : step; };
+  const auto stepOf = [&](double depth) { return isPerspective ? std::log(depth / near) : depth; };
   MapFits maps;
-  const auto cost = [&](double near, double far) {
+  const auto cost = [&](double from, double to) {
     Splits one;
     one.count = 1;
-    one.slices[0] = {near, far};
+    one.slices[0] = {from, to};
     fitMaps(frame, region, light, one, settings, false, maps);
     return maps.neededTexels;
   };
@@ -91,7 +93,6 @@ void splitMinimax(const Frame& frame, const Region& region, const LightSpace& li
                                             : cheapestChain(from, count, reach, cost, [](double a, double b) { return a + b; });
   };
 
-  const double near = region.spans[0].near, far = region.spans[region.spanCount - 1].far;
   const int steps = (kGrid + count - 1) / count * count;  // so that planes of equal ratio are among them
   double step = (stepOf(far) - stepOf(near)) / steps;
   Joints all;

@@ -89,6 +89,25 @@ std::string checkPoint(const HardCase& c, const Solution& solution, const glm::d
       return wrong.str();
     }
   }
+  // What the depth buffer selects holds the point too: shaders look no further.
+  bool isByDepth = !c.isPoisoned;
+  for (int i = 0; i < solution.partitionCount; ++i)
+    isByDepth = isByDepth && solution.partitions[i].planeCount == 0 && solution.block.partitions[i].interval.x < 1e38f;
+  if (isByDepth && isCovered) {
+    const bool isByView = (solution.block.info.y & GNOMON_FLAG_VIEW_DEPTH) != 0u;
+    const int selected = isByView ? selectByViewDepth(solution.block, static_cast<float>(z))
+                                  : selectByWindowDepth(solution.block, static_cast<float>(windowDepth(camera, z)));
+    if (selected < 0) {
+      wrong << "not selected at depth " << z;
+      return wrong.str();
+    }
+    const glm::dvec4 q = glm::dmat4(solution.partitions[selected].clipFromWorld) * glm::dvec4(ws - solution.originWs, 1.0);
+    const glm::dvec3 ndc = glm::dvec3(q) / q.w;
+    if (const double out = std::max(std::abs(ndc.x), std::abs(ndc.y)) - 1.0; !((q.w > 0.0 && out <= 1.1e-6) || frame.worldSpace)) {
+      wrong << "outside the selected map " << selected << " at depth " << z << " clip-1 " << out;
+      return wrong.str();
+    }
+  }
   if (isCovered) return {};
   wrong << (isClaimedAtAll ? "outside its map" : "unclaimed") << " at depth " << z << " of " << camera.near << " to " << far;
   return wrong.str();

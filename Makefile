@@ -110,7 +110,7 @@ setup-docs:
 	@.ci/setup docs
 
 lint: configure
-	clang-format --dry-run -Werror $(wildcard include/gnomon/*.h solver/*.h solver/*.cpp tests/*.cpp tests/*.h tests/*/*.cpp samples/*/*.h samples/*/*.cpp)
+	clang-format --dry-run -Werror $(wildcard include/gnomon/*.h solver/*.h solver/*.cpp tests/*.cpp tests/*.h tests/*/*.h tests/*/*.cpp samples/*/*.h samples/*/*.cpp)
 	clang-tidy -p build --quiet --warnings-as-errors='*' --extra-arg=-Wno-unknown-warning-option $(wildcard solver/*.cpp)
 
 clean:

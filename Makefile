@@ -6,6 +6,8 @@
 # make asan                   every test again, under the address and undefined-behaviour sanitizers
 # make fuzz [TIME=60]         the fuzz targets, TIME seconds each: solve, case, glb, check (FUZZ="solve case" for some)
 # make soak [CASES=1000000]   random and adversarial cases of every method
+# make tsan                   hard cases solved by several threads at once, under the thread sanitizer
+# make coverage               the share of the solver's lines that its tests run
 # make faults                 seeded faults, one at a time: does the suite catch each?
 # make docs                   headers and shaders as HTML: build/docs/html/index.html
 # make setup | build | bench | cost | lint | clean
@@ -17,7 +19,7 @@ FUZZ ?= solve case glb check
 CASES ?= 1000000
 GNOMON_EXTRA_DATA ?=
 
-.PHONY: run setup configure build test report peers figures setup-docs asan fuzz soak faults bench cost docs lint clean
+.PHONY: run setup configure build test report peers figures setup-docs asan tsan coverage fuzz soak faults bench cost docs lint clean
 
 run: build
 	build/gnomon run $(if $(SCENE),"$(SCENE)") --out out
@@ -61,6 +63,21 @@ asan: setup
 	cmake --build build-asan -j $(JOBS)
 	ctest --test-dir build-asan --output-on-failure -j $(JOBS)
 
+tsan: setup
+	cmake --preset tsan >build-configure.log 2>&1 || { cat build-configure.log >&2; exit 1; }
+	cmake --build build-tsan -j $(JOBS) --target gnomon_answers
+	build-tsan/tests/gnomon_answers 200 4
+
+# Of the tests that neither draw pictures nor start programs, line by line without optimisation.
+coverage: setup
+	cmake --preset coverage >build-configure.log 2>&1 || { cat build-configure.log >&2; exit 1; }
+	cmake --build build-coverage -j $(JOBS) --target gnomon_tests
+	find build-coverage -name '*.gcda' -delete
+	GNOMON_SOAK=1000 build-coverage/tests/gnomon_tests --gtest_brief=1 \
+	  --gtest_filter='-Parity*:*/Parity*:Predicted*:Figures*:Job*:Scene*:Truth*:Check*:Readme*:Glsl*:Picture*:Wrong*:Cases*:Report*:Cli*:*BuiltIn*'
+	cd build-coverage/CMakeFiles/gnomon.dir/solver && for each in *.gcno; do gcov -n -r -s $(CURDIR) $$each; done 2>/dev/null | \
+	  awk -F"[':% ]+" '/^File/ {file = $$2} /^Lines/ {if (file ~ /solver.*[.]cpp$$/) {printf "%-24s %6.2f %% of %d\n", file, $$3, $$5; hit += $$3 * $$5; all += $$5} file = ""} END {printf "%.2f %% of %d lines\n", hit / all, all}'
+
 # Every target in turn, from the corpus; what is found lies beside it as crash-*.
 fuzz: setup
 	cmake --preset fuzz >build-configure.log 2>&1 || { cat build-configure.log >&2; exit 1; }
@@ -73,7 +90,7 @@ fuzz: setup
 soak: build
 	GNOMON_SOAK=$(CASES) build/tests/gnomon_tests --gtest_filter='Hard.*'
 
-# One seeded fault at a time in solver/ and glsl/, an hour or two: all must be caught.
+# One seeded fault at a time in solver/ and glsl/, most of them half a minute each after the first build: all must be caught.
 faults: setup
 	python3 tests/faults/seed.py . build-faults
 
@@ -93,8 +110,8 @@ setup-docs:
 	@.ci/setup docs
 
 lint: configure
-	clang-format --dry-run -Werror $(wildcard include/gnomon/*.h solver/*.h solver/*.cpp tests/*.cpp tests/*.h tests/*/*.cpp samples/*/*.h samples/*/*.cpp)
+	clang-format --dry-run -Werror $(wildcard include/gnomon/*.h solver/*.h solver/*.cpp tests/*.cpp tests/*.h tests/*/*.h tests/*/*.cpp samples/*/*.h samples/*/*.cpp)
 	clang-tidy -p build --quiet --warnings-as-errors='*' --extra-arg=-Wno-unknown-warning-option $(wildcard solver/*.cpp)
 
 clean:
-	rm -rf build build-asan build-clang build-fuzz build-faults build-configure.log out
+	rm -rf build build-asan build-clang build-coverage build-faults build-fuzz build-tsan build-configure.log out

@@ -64,11 +64,16 @@ void writeInterval(const Splits& slices, int i, int count, const Camera& camera,
   const DepthSpan& slice = slices.slices[i];
   const bool hasBefore = i > 0 && slices.slices[i - 1].far == slice.near,
              hasAfter = i + 1 < count && slices.slices[i + 1].near == slice.far;
-  const double viewNear = hasBefore ? slice.near : slice.near - viewQuantum(camera, slice.near);
+  // Across a gap, no further than halfway: the slice before keeps what it serves.
+  const bool hasGap = i > 0 && slices.slices[i - 1].far < slice.near;
+  const double before = hasGap ? (slices.slices[i - 1].far + slice.near) / 2.0 : -kInfinity;
+  const double viewNear = hasBefore ? slice.near : std::max(slice.near - viewQuantum(camera, slice.near), before);
   const double viewFar = hasAfter ? slice.far : slice.far + viewQuantum(camera, slice.far);
   const double windowFar = windowDepth(camera, slice.far) * sign + (hasAfter ? 0.0 : windowQuantum(camera, slice.far));
-  const float windowNear = hasBefore ? block.partitions[i - 1].interval.w
-                                     : static_cast<float>(windowDepth(camera, slice.near) * sign - windowQuantum(camera, slice.near));
+  const double windowBefore = hasGap ? windowDepth(camera, before) * sign : -kInfinity;
+  const float windowNear =
+      hasBefore ? block.partitions[i - 1].interval.w
+                : static_cast<float>(std::max(windowDepth(camera, slice.near) * sign - windowQuantum(camera, slice.near), windowBefore));
   out.interval = vec4(glm::vec2(glm::dvec2(viewNear, viewFar)), windowNear, static_cast<float>(windowFar));
   block.viewStart[i / 4][i % 4] = out.interval.x;
   block.windowStart[i / 4][i % 4] = windowNear;

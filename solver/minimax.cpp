@@ -85,8 +85,10 @@ void splitMinimax(const Frame& frame, const Region& region, const LightSpace& li
   splits.isWedged = false;
   if (region.spanCount == 0) return;
   const bool isPerspective = region.camera.projection == Projection::perspective;
-  const auto depthOf = [&](double step) { return isPerspective ? std::exp(step) : step; };
-  const auto stepOf = [&](double depth) { return isPerspective ? std::log(depth) : depth; };
+  const double near = region.spans[0].near, far = region.spans[region.spanCount - 1].far;
+  // Steps of the depth over near, so that a scaled world has the same.
+  const auto depthOf = [&](double step) { return isPerspective ? near * std::exp(step) : step; };
+  const auto stepOf = [&](double depth) { return isPerspective ? std::log(depth / near) : depth; };
   MapFits maps;
   const auto choose = [&](const Joints& from, int reach) {
     const auto cost = [&](int before, int a, int b) {
@@ -102,7 +104,6 @@ void splitMinimax(const Frame& frame, const Region& region, const LightSpace& li
                : cheapestChain(from, count, reach, isBlended, cost, [](double a, double b) { return a + b; });
   };
 
-  const double near = region.spans[0].near, far = region.spans[region.spanCount - 1].far;
   const int steps = (kGrid + count - 1) / count * count;  // so that planes of equal ratio are among them
   double step = (stepOf(far) - stepOf(near)) / steps;
   Joints all;

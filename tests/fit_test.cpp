@@ -182,5 +182,20 @@ TEST(Fit, HundredsOfReceivers) {
   EXPECT_EQ(coverage.uncovered, 0);
 }
 
+// What is thinner than a map can tell apart lies in the middle of it, with as much room on each side.
+TEST(Fit, APointLiesInTheMiddleOfItsMap) {
+  Frame frame = usualFrame();
+  const glm::dvec3 fromEye = viewPoint(frame.camera, 0.4, 0.6, 10.0), at = frame.camera.positionWs + fromEye;
+  const Box point{at, at};
+  frame.scene.receivers = {&point, 1};
+  frame.budget.partitions = 1;
+  for (const FitMode fit : {FitMode::tight, FitMode::slice}) {
+    const auto solution = solve(frame, {.fit = fit});
+    ASSERT_EQ(solution->partitionCount, 1);
+    const glm::dvec4 q = glm::dmat4(solution->partitions[0].clipFromWorld) * glm::dvec4(fromEye, 1.0);
+    EXPECT_LT(std::max(std::abs(q.x), std::abs(q.y)), 1e-3);
+  }
+}
+
 }  // namespace
 }  // namespace gnomon::test

@@ -66,5 +66,18 @@ TEST_P(Parity, MaskFindsWhoServes) {
     }
 }
 
+// Half-open: a point exactly on a split, which float32 holds here, belongs to the slice that begins there.
+TEST_P(Parity, TheMaskGivesASplitToWhatBeginsThere) {
+  Gpu gpu(GetParam());
+  Frame frame = usualFrame();
+  frame.camera = perspective({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 1.0, 1.5, 0.5, 100.0);
+  const auto solution = solve(frame);
+  ASSERT_EQ(solution->partitionCount, 4);
+  std::vector<glm::vec4> points;
+  for (int i = 1; i < 4; ++i) points.emplace_back(0.0f, 0.0f, -solution->block.partitions[i].range.x, static_cast<float>(i));
+  const auto selected = gpu.run("  result = vec4(float(gnomonSelectMask(gnomon, world)));\n", solution->block, points);
+  for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(selected[i].x, points[i].w);
+}
+
 }  // namespace
 }  // namespace gnomon::test

@@ -218,5 +218,57 @@ TEST(Samples, AllocatesNothing) {
   EXPECT_EQ(allocationCount(), before);
 }
 
+// All at once: each pixel's depth lies in the range, counts in the histogram, and its place on the light plane in the bounds of its depth.
+TEST(Samples, TakenAtOnce) {
+  Random random(74);
+  auto store = std::make_unique<SampleStore>();
+  for (int view = 0; view < 4; ++view)
+    for (const DepthConvention depth : kDepths) {
+      const Picture picture = randomPicture(random, 40, 30, depth, view);
+      Frame frame = usualFrame();
+      frame.camera = picture.camera;
+      Samples samples;
+      samples.latency = 0.5;
+      ASSERT_EQ(takeSamples(frame, picture.image(), *store, samples), Status::ok);
+      EXPECT_EQ(samples.latency, 0.5);
+      glm::dmat3 lsFromView;
+      ASSERT_EQ(lightForSamples(frame, lsFromView), Status::ok);
+      std::uint32_t sampled = 0, counted = 0;
+      for (int i = 0; i < picture.width * picture.height; ++i) {
+        const float value = picture.depths[static_cast<std::size_t>(i)];
+        if (!isSample(picture, value)) continue;
+        ++sampled;
+        const Camera& camera = picture.camera;
+        const double z = viewOf(camera, value), w = camera.projection == Projection::perspective ? z : 1.0, slack = 1e-5 * std::abs(z);
+        EXPECT_GE(z, samples.near - slack);
+        EXPECT_LE(z, samples.far + slack);
+        const double x = w * ((i % picture.width + 0.5) / picture.width * (camera.left + camera.right) - camera.left),
+                     y = w * ((i / picture.width + 0.5) / picture.height * (camera.down + camera.up) - camera.down);
+        const glm::dvec2 at(lsFromView * glm::dvec3(x, y, z));
+        bool isHeld = false;
+        for (const SampleBounds& part : samples.bounds)
+          isHeld |= z >= part.near - slack && z <= part.far + slack && glm::all(glm::greaterThan(at, part.least - 1e-4 * (1.0 + w))) &&
+                    glm::all(glm::lessThan(at, part.most + 1e-4 * (1.0 + w)));
+        EXPECT_TRUE(isHeld) << z;
+      }
+      for (const std::uint32_t count : samples.histogram) counted += count;
+      if (view == 2) {
+        EXPECT_TRUE(samples.histogram.empty());  // depths on both sides of the eye have no ratios
+      } else {
+        EXPECT_GE(counted, sampled);
+        EXPECT_EQ(samples.histogram.size(), static_cast<std::size_t>(kSampleBins));
+      }
+    }
+  // Nothing but background; a light without a direction.
+  const std::vector<float> empty(12, 1.0f);
+  Frame frame = usualFrame();
+  Samples samples;
+  EXPECT_EQ(takeSamples(frame, {empty.data(), 4, 3, 4}, *store, samples), Status::ok);
+  EXPECT_GT(samples.near, samples.far);
+  EXPECT_TRUE(samples.bounds.empty());
+  frame.light.directionWs = glm::dvec3(0.0);
+  EXPECT_EQ(takeSamples(frame, {empty.data(), 4, 3, 4}, *store, samples), Status::lightDirection);
+}
+
 }  // namespace
 }  // namespace gnomon::test

@@ -177,5 +177,33 @@ TEST(Split, OrthographicIsUniform) {
   for (int i = 0; i < 4; ++i) EXPECT_NEAR(splits.slices[i].near, -10.0 + 10.0 * i, 1e-12);
 }
 
+// A fragment just before a split whose depth value rounds onto it is looked up in the map behind: that one holds it too.
+TEST(Split, TheMapThatADepthValueSelectsHoldsItsPoints) {
+  int across = 0;
+  for (const DepthConvention depth : {DepthConvention::negativeOneToOne, DepthConvention::zeroToOne, DepthConvention::reversedZeroToOne})
+    for (const double far : {1e3, 1e4, 3e4})
+      for (const int count : {2, 4, 8}) {
+        Frame frame;
+        frame.camera = perspective({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 1.0, 1.5, 0.1, far);
+        frame.camera.depth = depth;
+        frame.light.directionWs = {0.1, -1.0, 0.02};
+        frame.budget.partitions = count;
+        const auto solution = solve(frame);
+        ASSERT_EQ(solution->status, Status::ok);
+        ASSERT_EQ(solution->block.info.y & GNOMON_FLAG_VIEW_DEPTH, 0u);
+        for (int i = 1; i < solution->partitionCount; ++i)
+          for (int n = 0; n < 400; ++n) {
+            const double split = solution->partitions[i].near, z = split + (n / 4 - 50) / 25.0 * depthQuantum(frame.camera, split);
+            const int selected = selectByWindowDepth(solution->block, static_cast<float>(windowDepth(frame.camera, z)));
+            ASSERT_GE(selected, 0);
+            across += selected == i && z < split;
+            const glm::dvec4 q =
+                glm::dmat4(solution->partitions[selected].clipFromWorld) * glm::dvec4(viewPoint(frame.camera, n & 1, n >> 1 & 1, z), 1.0);
+            EXPECT_LE(std::max(std::abs(q.x), std::abs(q.y)), 1.0 + 1e-6) << z;
+          }
+      }
+  EXPECT_GT(across, 500);
+}
+
 }  // namespace
 }  // namespace gnomon::test

@@ -157,7 +157,7 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
   makeCaps(region, light, cullShape);
   Splits made;
   made.isWedged = splits.isWedged;
-  if (splits.isWedged) made.rows = splits.rows;
+  if (splits.rows.count > 0) made.rows = splits.rows;
   for (int i = 0; i < splits.count; ++i) {
     made.rows.cells[i] = maps.footprints[i].count == 0 ? -1 : made.count;
     if (maps.footprints[i].count == 0) continue;

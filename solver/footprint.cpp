@@ -252,8 +252,7 @@ struct ServedPoints {
   }
 };
 
-// Gives the part of a cell inside a slab to the points: where its edges enter and leave it. All slices of a view volume give their
-// points in the same order.
+// Gives the part of a cell inside a slab to the points: where its edges enter and leave it.
 template <class Sink>
 void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept {
   const auto add = [&](double x, double y, double depth, double w, double z) {

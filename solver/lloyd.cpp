@@ -52,9 +52,9 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
     double refused = 0.0;
     std::uint32_t warnings = 0;
     splits = {};
-    if (splitByChoice(frame, region, light, settings, making, choice, splits, refused, warnings) != Status::ok || warnings != 0 ||
-        splits.count == 0)
-      return false;
+    if (splitByChoice(frame, region, light, settings, making, choice, splits, refused, warnings) != Status::ok || warnings != 0)
+      splits.count = 0;
+    if (splits.count == 0) return false;
     // A named warp says at a tenth of the price what has no hope: what won by the least warp hardly ever needed more than this by LiSPSM,
     // times the least so far, in 2700 views of 4, 8 and 16 maps. Faces and what a box has cut are seldom along LiSPSM's axis.
     constexpr double kHopeless = 2.5, kHopelessAlike = 1.4, kHopelessRows = 1.2;
@@ -83,7 +83,8 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
   // Of a whole view, whose slices are alike, more z-partitions need fewer texels until overlap outweighs, and more rows of faces too.
   (void)consider({LloydScheme::zpw, most});
   areAlike = splits.count > 0 && maps.footprints[splits.count - 1].like == 0;
-  for (int count = most - 1; count >= 1; --count)
+  // minimax knows by itself when fewer need less.
+  for (int count = settings.minimax ? 0 : most - 1; count >= 1; --count)
     if (!consider({LloydScheme::zpw, count}) && areAlike) break;
   if (!areAlike) (void)consider({LloydScheme::fpw, most});
   (void)consider({LloydScheme::fpzpw, most});

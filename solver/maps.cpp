@@ -138,12 +138,20 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     clearBlock(solution.block);
     return Status::ok;
   }
-  for (int i = 0, m = 0; i < splits.count; ++i)
-    if (maps.footprints[i].count > 0)
-      if (const double motion = frame.margin.motion[m++]; motion > 0.0) giveRoom(motion, maps.fits[i]);
-  double shares[kMaxPartitions];
-  const bool isShared = settings.shares == Shares::error && maps.neededTexels > 0.0;
-  for (int i = 0; isShared && i < splits.count; ++i) shares[i] = maps.fits[i].needed / maps.neededTexels;
+  double shares[kMaxPartitions], sum = 0.0;
+  for (int i = 0, m = 0; i < splits.count; ++i) {
+    MapFit& fit = maps.fits[i];
+    shares[i] = fit.needed;
+    if (maps.footprints[i].count == 0) continue;
+    if (const double motion = frame.margin.motion[m++]; motion > 0.0) {
+      const double before = fit.size.x * fit.size.y;
+      giveRoom(motion, fit);
+      if (before > 0.0) shares[i] *= fit.size.x * fit.size.y / before;
+    }
+    sum += shares[i];
+  }
+  const bool isShared = settings.shares == Shares::error && sum > 0.0 && sum < kInfinity;
+  for (int i = 0; isShared && i < splits.count; ++i) shares[i] /= sum;
   Atlas atlas;
   if (const Status status = packAtlas(frame, maps.fits, isShared ? shares : nullptr, splits.count, atlas); status != Status::ok)
     return status;

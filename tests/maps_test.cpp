@@ -134,5 +134,22 @@ TEST(Maps, ABoxInPiecesNeedsWhatItNeedsWhole) {
   }
 }
 
+// Room for motion is a larger part of a small map: with it in the shares texels have the same area in pixels in every map.
+TEST(Maps, SharesKnowRoomForMotion) {
+  Frame frame;
+  frame.camera = perspective({1.0, 2.0, 3.0}, {0.3, -0.2, 1.0}, {0.0, 1.0, 0.0}, 1.0, 16.0 / 9.0, 0.5, 300.0);
+  frame.light.directionWs = {0.3, -0.8, 0.2};
+  frame.budget = {.partitions = 4, .resolution = 512};
+  auto solution = std::make_unique<Solution>();
+  for (const double motion : {0.0, 0.5, 3.0}) {
+    for (double& each : frame.margin.motion) each = motion;
+    ASSERT_EQ(solveLloyd(frame, {}, *solution), Status::ok);
+    ASSERT_EQ(solution->partitionCount, 4);
+    const double first = solution->partitions[0].error.s * solution->partitions[0].error.t;
+    for (int i = 1; i < 4; ++i)
+      EXPECT_NEAR(solution->partitions[i].error.s * solution->partitions[i].error.t, first, 0.02 * first) << motion << ' ' << i;
+  }
+}
+
 }  // namespace
 }  // namespace gnomon::test

@@ -22,14 +22,14 @@ enum class LloydScheme : std::uint8_t {
   zpw,  // z-partitions, each warped
   fpw,  // face partitions, each warped
   fpzpw,  // face partitions in rows, each warped
-  best,  // whichever of them needs the fewest texels, with any count of maps the budget allows and Warp::least
+  best,  // whichever of them needs the fewest texels, with any count of maps that the budget allows: by Warp::least, or LiSPSM where it is less
 };
 
 struct LloydSettings {
   LloydScheme scheme = LloydScheme::zpw;
   SplitSettings split = {};  // of z-partitions
   bool minimax = false;  // z-partitions by what their maps need (gnomon/minimax.h): of split, count and automatic alone are then read
-  WarpSettings warp{.warp = Warp::lispsm, .eta = 0.0};  // zp has none, best takes least
+  WarpSettings warp{.warp = Warp::lispsm, .eta = 0.0};  // zp has none, best takes its own
   Shares shares = Shares::error;
   NearFace nearFace = NearFace::own;
   bool rows = true;  // best may choose rows of the light plane (gnomon/rows.h)

@@ -31,7 +31,7 @@ struct Cell {
     std::uint8_t left, right;  // planes
   };
   int vertexCount = 0, edgeCount = 0, planeCount = 0;
-  bool isExact = true;  // false once a cut was `kept`: it holds more than it should
+  bool isExact = true;  // false once a cut was `kept`, and it holds more than it should, or is all rounding
   double reach = 0.0;  // the largest coordinate that a cut has met: rounding of what is left scales with it
   glm::dvec3 vertices[kMaxCellVertices];
   Edge edges[kMaxCellEdges];

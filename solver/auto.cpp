@@ -524,8 +524,13 @@ void recall(const LightSpace& light, const AutoState& state, WarpHint* hints) no
 
 Status validate(const AutoSettings& settings, double& value) noexcept {
   const DeviceProfile& profile = settings.profile;
-  for (const double weight : {profile.pass, profile.texel, profile.fit, profile.search, settings.hysteresis})
-    if (value = weight; !(weight >= 0.0 && std::isfinite(weight))) return Status::autoWeights;
+  const std::pair<Status, double> weights[] = {{Status::autoPass, profile.pass},
+                                               {Status::autoTexel, profile.texel},
+                                               {Status::autoFit, profile.fit},
+                                               {Status::autoSearch, profile.search},
+                                               {Status::autoHysteresis, settings.hysteresis}};
+  for (const auto& [status, weight] : weights)
+    if (value = weight; !(weight >= 0.0 && std::isfinite(weight))) return status;
   return Status::ok;
 }
 

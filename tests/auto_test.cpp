@@ -51,13 +51,17 @@ Frame randomFrame(Random& random, int k, Box& box, glm::dvec4& ground) {
 
 TEST(Auto, RefusesWeightsAndWhatItsStagesRefuse) {
   AutoState state;
-  for (double DeviceProfile::*weight : {&DeviceProfile::pass, &DeviceProfile::texel, &DeviceProfile::fit, &DeviceProfile::search})
+  const std::pair<Status, double DeviceProfile::*> weights[] = {{Status::autoPass, &DeviceProfile::pass},
+                                                                {Status::autoTexel, &DeviceProfile::texel},
+                                                                {Status::autoFit, &DeviceProfile::fit},
+                                                                {Status::autoSearch, &DeviceProfile::search}};
+  for (const auto& [status, weight] : weights)
     for (const double bad : {-1.0, kInfinity, std::nan("")}) {
       AutoSettings settings;
       settings.profile.*weight = bad;
-      EXPECT_EQ(choose(usualFrame(), settings)->solution.status, Status::autoWeights);
+      EXPECT_EQ(choose(usualFrame(), settings)->solution.status, status);
     }
-  EXPECT_EQ(choose(usualFrame(), {.hysteresis = -0.1})->solution.status, Status::autoWeights);
+  EXPECT_EQ(choose(usualFrame(), {.hysteresis = -0.1})->solution.status, Status::autoHysteresis);
   ASSERT_EQ(choose(usualFrame(), {}, state)->solution.status, Status::ok);
   const AutoState before = state;
   Frame frame = usualFrame();

@@ -64,7 +64,7 @@ Demand demandOf(const Frame& frame, const Fitted& fitted, double rounding, int& 
     widest = std::max({widest, side.x, side.y});
   }
   if (frame.shadowMap.layout == MapLayout::atlas) return demand;
-  return {fitted.splits.count * widest * widest, fitted.splits.count * 2.0 * widest * extra, fitted.splits.count * extra * extra};
+  return {mapCount * widest * widest, mapCount * 2.0 * widest * extra, mapCount * extra * extra};
 }
 
 // Compares choices and keeps the best one's maps.

@@ -237,6 +237,30 @@ TEST(Auto, WithoutATargetTheLeastError) {
   }
 }
 
+// Layers are as many as the maps that are not empty: the others' texels go to these, whether the target is met or missed.
+TEST(Auto, LayersOfNothingTakeNothing) {
+  Random random(705);
+  int empty = 0;
+  for (int k = 0; k < 400; ++k) {
+    Box box;
+    glm::dvec4 ground;
+    Frame frame = randomFrame(random, 3 * k + 1, box, ground);
+    frame.shadowMap.layout = MapLayout::layers;
+    frame.budget.texels = 1 << 18;
+    const auto answer = choose(frame);
+    if (answer->why.chosen < 0) continue;
+    const AutoCandidate& chosen = answer->why.candidates[answer->why.chosen];
+    if (chosen.choice.count == chosen.maps) continue;
+    ++empty;
+    const double texels = texelsOf(answer->solution), side = std::sqrt(texels / chosen.maps);
+    EXPECT_NEAR(chosen.texels / texels, 1.0, 4.0 / side) << k;  // whole texels
+    if (isMissed(answer->solution)) {
+      EXPECT_NEAR(frame.budget.texels / texels, 1.0, 4.0 / side) << k;
+    }
+  }
+  EXPECT_GT(empty, 5);
+}
+
 // What a missed target is said to take does meet it, and every map gives way alike.
 TEST(Auto, SaysWhatAMissedTargetTakes) {
   Random random(704);

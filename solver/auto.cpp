@@ -19,7 +19,8 @@ constexpr int kUnlike = 2;  // so few slices have ratios of their own, and littl
 constexpr int kEverywhere = 36;  // or so, where there is none
 constexpr int kFineTrials = 12;  // from its own
 constexpr int kHeldTrials = 0;  // from the map of the frame before, taken as it is
-constexpr double kMostWork = 360.0;  // a choice may take, in shapes tried: some 100 us
+constexpr double kMostWork = 440.0;  // a choice may take, in shapes tried: some 110 us
+constexpr double kNear = 1.03;  // of a target, so that a little more may meet it
 
 // The texels that maps take for error e: area / e^2 + edge / e + fixed.
 struct Demand {
@@ -146,6 +147,18 @@ class Chooser {
     return candidate;
   }
 
+  // True where the target is missed by little.
+  [[nodiscard]] bool isNear() const noexcept {
+    const AutoCandidate& found = fitted_[best_].candidate;
+    return settings_.hasTarget && !found.isMet && found.error < kNear * frame_.budget.targetError;
+  }
+
+  // Compares what the time did not suffice for as well.
+  void chooseMore() noexcept {
+    mostWork_ = kInfinity;
+    chooseAll();
+  }
+
   // Compares all choices that have hope.
   void chooseAll() noexcept {
     const int most = frame_.budget.partitions;
@@ -179,9 +192,8 @@ class Chooser {
     if ((!settings_.hasTarget || !at.isMet) && count < guessed) (void)considerSlices(count);
     const AutoCandidate& found = best().candidate;
     const AutoChoice searched{found.choice.layout, found.choice.count, Warp::least};
-    constexpr double kNear = 1.03;  // of a target, so that a little more may meet it
     if (!settings_.hasTarget || !found.isMet) {
-      if ((!settings_.hasTarget || found.error < kNear * frame_.budget.targetError) && canAfford(best().fits, kFineTrials))
+      if ((!settings_.hasTarget || isNear()) && canAfford(best().fits, kFineTrials))
         (void)considerFrom(searched, best(), kFineTrials, best().fits <= kFew && canAfford(best().fits, kEverywhere));
     } else if (found.choice == searched && searched.layout == AutoLayout::slices && count != guessed &&
                canAfford(best().fits, kFineTrials + kEverywhere / best().fits)) {
@@ -254,7 +266,7 @@ class Chooser {
     return trials > 0 ? kFit + kSides + trials : kFit;
   }
   // False where so many fits would take the choice past its time: what has not been compared by then is not.
-  [[nodiscard]] bool canAfford(int fits, int trials) const noexcept { return !hasBest() || work_ + fits * workOf(trials) <= kMostWork; }
+  [[nodiscard]] bool canAfford(int fits, int trials) const noexcept { return !hasBest() || work_ + fits * workOf(trials) <= mostWork_; }
 
   // True where no choice of so many maps, of which so many are fitted by themselves, can be better than the best: what it takes at least
   // costs more.
@@ -462,7 +474,7 @@ class Chooser {
   double grown_ = 0.0;  // logarithm of the depths' ratio
   double texelsForTarget_ = kInfinity;
   bool canWarp_ = false, isCut_ = false;
-  double work_ = 0.0;
+  double work_ = 0.0, mostWork_ = kMostWork;
   int best_ = 0, last_ = 0;
   Fitted fitted_[2];
   WarpHint slices_[kMaxPartitions];  // shapes of the slices searched last
@@ -570,6 +582,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
         chooser.chooseAll();
       else
         chooser.weighAgain();
+      if (chooser.isNear()) chooser.chooseMore();
       const AutoCandidate best = chooser.best().candidate;
       if (best.maps == 0) {
         clearBlock(solution.block);

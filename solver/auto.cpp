@@ -27,8 +27,8 @@ struct Demand {
   double area = 0.0, edge = 0.0, fixed = 0.0;
 
   [[nodiscard]] double texels(double error) const noexcept { return (area / error + edge) / error + fixed; }
-  // Of maps whose sides need so much of these.
-  [[nodiscard]] Demand scaled(double side, double maps) const noexcept { return {area * side * side, edge * side * maps, fixed * maps}; }
+  // Of maps that need so many times fewer texels.
+  [[nodiscard]] Demand over(double gain) const noexcept { return {area / gain, edge / std::sqrt(gain), fixed}; }
   // The error that so many texels give; infinite where there are too few for any.
   [[nodiscard]] double error(double texels) const noexcept {
     const double left = texels - fixed;
@@ -183,7 +183,6 @@ class Chooser {
     }
     while (count >= guessed && move(count + 1)) {
     }
-    if (count > 2) (void)move(1);  // of a cut view one map may need less than any few
     if (!canWarp_) return;
     // Where nothing but the error counts, rows and faces may use all maps though slices do not.
     const int wedges = best().candidate.isMet && settings_.hasTarget ? std::max(count, 2) : most;
@@ -279,17 +278,11 @@ class Chooser {
 
   // Considers slices without a search, which is little, but all that a small scene costs; then with one, where that has hope.
   AutoCandidate considerSlices(int count) noexcept {
-    constexpr double kMore = 1.3;  // times the texels, what a search gains over LiSPSM seldom differs by more from one count to the next
-    const Demand least{leastNeed(count)};
     const AutoCandidate found = considerNamed(count);
     if (!canWarp_ || found.maps == 0) return found;
     const int at = find(found.choice);
-    const double gain = sliceGain_ > 0.0 && count > kUnlike ? sliceGain_ * kMore : kInfinity;
-    if (isHopeless(count, fits_[at], Warp::least, least) ||
-        isHopeless(count, fits_[at], Warp::least, demands_[at].scaled(std::sqrt(1.0 / gain), 1.0)) || !canAfford(fits_[at], kSliceTrials))
-      return found;
+    if (isHopeless(count, fits_[at], Warp::least, {leastNeed(count)}) || !canAfford(fits_[at], kSliceTrials)) return found;
     const AutoCandidate searched = considerLike({AutoLayout::slices, count, Warp::least});
-    sliceGain_ = demands_[at].area / last().demand.area;
     return isBetter(searched, found) ? searched : found;
   }
 
@@ -368,18 +361,16 @@ class Chooser {
       found = report_.candidates[at];
       AutoCandidate searched = found;
       searched.choice.warp = Warp::least;
-      weigh(demands_[at].scaled(std::sqrt(1.0 / by), 1.0), fits_[at], searched);
+      weigh(demands_[at].over(by), fits_[at], searched);
       return isBetter(searched, found) ? searched : found;
     };
     const auto search = [&](int maps) {
       const AutoChoice named{layout, maps, Warp::lispsm}, choice{layout, maps, Warp::least};
       const int at = find(named);
-      const auto hasHope = [&](double by) {
-        return !isHopeless(report_.candidates[at].maps, fits_[at], Warp::least, demands_[at].scaled(std::sqrt(1.0 / by), 1.0));
-      };
-      if (at == report_.count || find(choice) < report_.count || !hasHope(mostGain) || !canAfford(fits_[at], kWedgeTrials)) return false;
+      if (at == report_.count || find(choice) < report_.count || !canAfford(fits_[at], kWedgeTrials) ||
+          isHopeless(report_.candidates[at].maps, fits_[at], Warp::least, demands_[at].over(mostGain)))
+        return false;
       if (!(last().candidate.choice == named)) (void)consider(named, nullptr);
-      if (!hasHope(std::min(gainOfLargest(last()), mostGain))) return false;
       const AutoCandidate found = considerFrom(choice, last(), kWedgeTrials);
       gain = report_.candidates[at].neededTexels / found.neededTexels;
       return found.choice == best().candidate.choice;
@@ -393,33 +384,6 @@ class Chooser {
     }
     if (settings_.hasTarget && best().candidate.isMet && !predict(count - 1, gain).isMet && predict(count - 1, mostGain).isMet)
       (void)search(count - 1);
-  }
-
-  // Times the texels that a search gains over the named warps of the two maps that need most: of all it seldom gains more than this.
-  [[nodiscard]] double gainOfLargest(const Fitted& known) const noexcept {
-    constexpr int kLargest = 2;
-    constexpr double kMore = 1.15;
-    const MapFits& maps = known.maps;
-    if (known.fits <= kFew) return kInfinity;
-    const auto needs = [&](int i) { return maps.footprints[i].count > 0 ? maps.fits[i].needed : 0.0; };
-    int largest[kLargest] = {0, 0};
-    for (int i = 1; i < known.splits.count; ++i) {
-      if (needs(i) > needs(largest[0])) {
-        largest[1] = largest[0];
-        largest[0] = i;
-      } else if (largest[1] == largest[0] || needs(i) > needs(largest[1])) {
-        largest[1] = i;
-      }
-    }
-    double named = 0.0, searched = 0.0;
-    for (const int i : largest) {
-      const WarpHint hint = hintOf(maps, i, kWedgeTrials);
-      MapFit fit = fitSlice(region_, maps.footprints[i], FitMode::tight, maps.pixels[i]);
-      (void)warpFit({.warp = Warp::least}, light_, maps.footprints[i], maps.served[i], glm::dvec2(0.0), fit, &hint);
-      named += needs(i);
-      searched += fit.needed;
-    }
-    return kMore * named / searched;
   }
 
   // Searches for every map from that of a choice of as many.
@@ -479,7 +443,6 @@ class Chooser {
   Fitted fitted_[2];
   WarpHint slices_[kMaxPartitions];  // shapes of the slices searched last
   int searched_ = 0;  // their number
-  double sliceGain_ = 0.0;  // times the texels, what their search gained over LiSPSM; 0: not known
   Demand demands_[kMaxCandidates];  // of the report's candidates
   int fits_[kMaxCandidates];
 };

@@ -183,6 +183,7 @@ class Chooser {
     }
     while (count >= guessed && move(count + 1)) {
     }
+    if (isCut_ && count > 2) (void)move(1);  // one map may need less than any few
     if (!canWarp_) return;
     // Where nothing but the error counts, rows and faces may use all maps though slices do not.
     const int wedges = best().candidate.isMet && settings_.hasTarget ? std::max(count, 2) : most;
@@ -347,9 +348,8 @@ class Chooser {
 
   // Considers rows or faces. Named warps say at a tenth of a search's price how many, where the target can be met, and what has no hope.
   void considerWedges(AutoLayout layout, int count) noexcept {
-    // Times the texels that the least of all warps gains over LiSPSM, whose axis faces are seldom along: seldom more; usually.
-    const double mostGain = layout == AutoLayout::faces ? 2.0 : 1.5;
-    double gain = 1.1;
+    constexpr double kMostGain = 2.0;  // times the texels, what the least of all warps gains over LiSPSM: seldom more
+    double gain = 1.1;  // usually
     const auto predict = [&](int maps, double by) {
       AutoCandidate found = kNone;
       const double least = layout == AutoLayout::faces ? facesNeed(maps) : leastNeed(maps);
@@ -368,7 +368,7 @@ class Chooser {
       const AutoChoice named{layout, maps, Warp::lispsm}, choice{layout, maps, Warp::least};
       const int at = find(named);
       if (at == report_.count || find(choice) < report_.count || !canAfford(fits_[at], kWedgeTrials) ||
-          isHopeless(report_.candidates[at].maps, fits_[at], Warp::least, demands_[at].over(mostGain)))
+          isHopeless(report_.candidates[at].maps, fits_[at], Warp::least, demands_[at].over(kMostGain)))
         return false;
       if (!(last().candidate.choice == named)) (void)consider(named, nullptr);
       const AutoCandidate found = considerFrom(choice, last(), kWedgeTrials);
@@ -382,7 +382,7 @@ class Chooser {
           for (AutoCandidate next; isBetter(next = predict(count + step, gain), at); at = next) count += step;
       if (!search(count)) break;
     }
-    if (settings_.hasTarget && best().candidate.isMet && !predict(count - 1, gain).isMet && predict(count - 1, mostGain).isMet)
+    if (settings_.hasTarget && best().candidate.isMet && !predict(count - 1, gain).isMet && predict(count - 1, kMostGain).isMet)
       (void)search(count - 1);
   }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr int kSliceTrials = 2;  // from the slice before, or the slice at its place in another count
 constexpr int kWedgeTrials = 6;  // from its named warp, which is less like it
 constexpr int kFew = 4;  // maps, whose searches take little
-constexpr int kUnlike = 2;  // so few slices have ratios of their own, and little to search
+constexpr int kUnlike = 3;  // so few slices have ratios of their own, and little to search
 constexpr int kEverywhere = 36;  // or so, where there is none
 constexpr int kFineTrials = 12;  // from its own
 constexpr int kHeldTrials = 0;  // from the map of the frame before, taken as it is
@@ -281,9 +281,11 @@ class Chooser {
   AutoCandidate considerSlices(int count) noexcept {
     const AutoCandidate found = considerNamed(count);
     if (!canWarp_ || found.maps == 0) return found;
-    const int at = find(found.choice);
-    if (isHopeless(count, fits_[at], Warp::least, {leastNeed(count)}) || !canAfford(fits_[at], kSliceTrials)) return found;
-    const AutoCandidate searched = considerLike({AutoLayout::slices, count, Warp::least});
+    const AutoChoice choice{AutoLayout::slices, count, Warp::least};
+    const int at = find(found.choice), known = find(choice);
+    if (known == report_.count && (isHopeless(count, fits_[at], Warp::least, {leastNeed(count)}) || !canAfford(fits_[at], kSliceTrials)))
+      return found;
+    const AutoCandidate searched = known < report_.count ? report_.candidates[known] : considerLike(choice);
     return isBetter(searched, found) ? searched : found;
   }
 
@@ -319,14 +321,6 @@ class Chooser {
     return limit_ * (isCut_ && count <= kOneOrTwo ? 1.0 : std::max(kLeast * shareOfLimit(count), 1.0));
   }
 
-  // The same of faces: each side in use has its rows, and one map is the near plane's.
-  [[nodiscard]] double facesNeed(int count) const noexcept {
-    const Camera& camera = region_.camera;
-    const glm::dvec3 l = light_.directionVs * (light_.directionVs.z < 0.0 ? -1.0 : 1.0);
-    const int sides = (l.x < camera.right * l.z) + (-l.x < camera.left * l.z) + (l.y < camera.up * l.z) + (-l.y < camera.down * l.z);
-    return leastNeed(std::max((count - 1 + sides - 1) / std::max(sides, 1), 1));
-  }
-
   // As many slices as cost least if they need what views do on average.
   [[nodiscard]] int guessCount() const noexcept {
     constexpr double kUsual = 1.5;
@@ -352,8 +346,7 @@ class Chooser {
     double gain = 1.1;  // usually
     const auto predict = [&](int maps, double by) {
       AutoCandidate found = kNone;
-      const double least = layout == AutoLayout::faces ? facesNeed(maps) : leastNeed(maps);
-      if (maps < 2 || maps > frame_.budget.partitions || isHopeless(maps, 1, Warp::none, {least})) return found;
+      if (maps < 2 || maps > frame_.budget.partitions || isHopeless(maps, 1, Warp::none, {leastNeed(maps)})) return found;
       const AutoChoice choice{layout, maps, Warp::lispsm};
       int at = find(choice);
       if (at == report_.count && canAfford(maps, 0)) (void)consider(choice, nullptr);

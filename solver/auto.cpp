@@ -83,6 +83,7 @@ class Chooser {
 
   // All that may be spent, and what of it an atlas is known to hold.
   double texels = 0.0, usable = 0.0;
+  AutoChoice held;  // considered with the shapes of the frame before alone
 
   [[nodiscard]] Fitted& best() noexcept { return fitted_[best_]; }
   // What was fitted last.
@@ -119,6 +120,7 @@ class Chooser {
 
   // Fits a choice. hints: for each slice, or null: of the least warps the first is searched for everywhere. What has no map is never met.
   AutoCandidate consider(const AutoChoice& choice, const WarpHint* hints) noexcept {
+    if (choice == held) held = {};
     last_ = 1 - best_;
     Fitted& made = fitted_[last_];
     AutoCandidate& candidate = made.candidate;
@@ -282,10 +284,10 @@ class Chooser {
     const AutoCandidate found = considerNamed(count);
     if (!canWarp_ || found.maps == 0) return found;
     const AutoChoice choice{AutoLayout::slices, count, Warp::least};
-    const int at = find(found.choice), known = find(choice);
-    if (known == report_.count && (isHopeless(count, fits_[at], Warp::least, {leastNeed(count)}) || !canAfford(fits_[at], kSliceTrials)))
+    const int at = find(found.choice);
+    if (!wasSearched(choice) && (isHopeless(count, fits_[at], Warp::least, {leastNeed(count)}) || !canAfford(fits_[at], kSliceTrials)))
       return found;
-    const AutoCandidate searched = known < report_.count ? report_.candidates[known] : considerLike(choice);
+    const AutoCandidate searched = wasSearched(choice) ? report_.candidates[find(choice)] : considerLike(choice);
     return isBetter(searched, found) ? searched : found;
   }
 
@@ -360,7 +362,7 @@ class Chooser {
     const auto search = [&](int maps) {
       const AutoChoice named{layout, maps, Warp::lispsm}, choice{layout, maps, Warp::least};
       const int at = find(named);
-      if (at == report_.count || find(choice) < report_.count || !canAfford(fits_[at], kWedgeTrials) ||
+      if (at == report_.count || wasSearched(choice) || !canAfford(fits_[at], kWedgeTrials) ||
           isHopeless(report_.candidates[at].maps, fits_[at], Warp::least, demands_[at].over(kMostGain)))
         return false;
       if (!(last().candidate.choice == named)) (void)consider(named, nullptr);
@@ -421,6 +423,8 @@ class Chooser {
     while (at < report_.count && !(report_.candidates[at].choice == choice)) ++at;
     return at;
   }
+
+  [[nodiscard]] bool wasSearched(const AutoChoice& choice) const noexcept { return !(choice == held) && find(choice) < report_.count; }
 
   const Frame& frame_;
   const Region& region_;
@@ -523,6 +527,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
   if (state.choice.count > 0 && state.partitions == frame.budget.partitions && chooser.canTake(state.choice)) {
     recall(light, state, hints);
     held = chooser.consider(state.choice, hints);
+    chooser.held = state.choice;
     constexpr double kSlack = 1.02;  // a target missed by little is missed still while the error has fallen by no more
     const double value = chooser.valueOf(held), most = 1.0 + settings.hysteresis;
     why.isKept = held.isMet == state.isMet && value <= state.value * most && value * most >= state.value &&

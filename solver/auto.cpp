@@ -1,5 +1,7 @@
 #include "gnomon/auto.h"
 
+#include <utility>
+
 #include "gnomon/atlas.h"
 #include "gnomon/error.h"
 #include "gnomon/face.h"

@@ -101,8 +101,9 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
   if (mostMap.width < 1 || mostMap.height < 1) return Status::budgetAtlas;
   if (!(leastSide(margin) <= std::min(mostMap.width, mostMap.height))) return Status::marginTexels;
   atlas.reduced = false;
-  const double texels = texelsPerMap(frame.budget, count);
   if (frame.shadowMap.layout == MapLayout::layers) {
+    const int served = shares ? static_cast<int>(count - std::count(shares, shares + count, 0.0)) : count;
+    const double texels = texelsPerMap(frame.budget, served);
     const int side = std::min({static_cast<int>(std::sqrt(texels)), mostMap.width, mostMap.height});
     atlas.reduced = side < static_cast<int>(std::sqrt(texels));
     for (int i = 0; i < count; ++i) atlas.viewports[i] = {border, border, side, side};
@@ -110,6 +111,7 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
     atlas.layers = count;
     return Status::ok;
   }
+  const double texels = texelsPerMap(frame.budget, count);
   // Shares below what the margins need are raised to it, all others give way: a map that needs no texel to speak of must not refuse the frame.
   double wanted[kMaxPartitions], sum = 0.0;
   const double side = leastSide(margin);

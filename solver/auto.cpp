@@ -1,5 +1,7 @@
 #include "gnomon/auto.h"
 
+#include <utility>
+
 #include "gnomon/atlas.h"
 #include "gnomon/error.h"
 #include "gnomon/face.h"
@@ -15,19 +17,20 @@ namespace {
 constexpr int kSliceTrials = 2;  // from the slice before, or the slice at its place in another count
 constexpr int kWedgeTrials = 6;  // from its named warp, which is less like it
 constexpr int kFew = 4;  // maps, whose searches take little
-constexpr int kUnlike = 2;  // so few slices have ratios of their own, and little to search
+constexpr int kUnlike = 3;  // so few slices have ratios of their own, and little to search
 constexpr int kEverywhere = 36;  // or so, where there is none
 constexpr int kFineTrials = 12;  // from its own
 constexpr int kHeldTrials = 0;  // from the map of the frame before, taken as it is
-constexpr double kMostWork = 360.0;  // a choice may take, in shapes tried: some 100 us
+constexpr double kMostWork = 440.0;  // a choice may take, in shapes tried: some 110 us
+constexpr double kNear = 1.03;  // of a target, so that a little more may meet it
 
 // The texels that maps take for error e: area / e^2 + edge / e + fixed.
 struct Demand {
   double area = 0.0, edge = 0.0, fixed = 0.0;
 
   [[nodiscard]] double texels(double error) const noexcept { return (area / error + edge) / error + fixed; }
-  // Of maps whose sides need so much of these.
-  [[nodiscard]] Demand scaled(double side, double maps) const noexcept { return {area * side * side, edge * side * maps, fixed * maps}; }
+  // Of maps that need so many times fewer texels.
+  [[nodiscard]] Demand over(double gain) const noexcept { return {area / gain, edge / std::sqrt(gain), fixed}; }
   // The error that so many texels give; infinite where there are too few for any.
   [[nodiscard]] double error(double texels) const noexcept {
     const double left = texels - fixed;
@@ -64,7 +67,7 @@ Demand demandOf(const Frame& frame, const Fitted& fitted, double rounding, int& 
     widest = std::max({widest, side.x, side.y});
   }
   if (frame.shadowMap.layout == MapLayout::atlas) return demand;
-  return {fitted.splits.count * widest * widest, fitted.splits.count * 2.0 * widest * extra, fitted.splits.count * extra * extra};
+  return {mapCount * widest * widest, mapCount * 2.0 * widest * extra, mapCount * extra * extra};
 }
 
 // Compares choices and keeps the best one's maps.
@@ -82,6 +85,7 @@ class Chooser {
 
   // All that may be spent, and what of it an atlas is known to hold.
   double texels = 0.0, usable = 0.0;
+  AutoChoice held;  // considered with the shapes of the frame before alone
 
   [[nodiscard]] Fitted& best() noexcept { return fitted_[best_]; }
   // What was fitted last.
@@ -118,6 +122,7 @@ class Chooser {
 
   // Fits a choice. hints: for each slice, or null: of the least warps the first is searched for everywhere. What has no map is never met.
   AutoCandidate consider(const AutoChoice& choice, const WarpHint* hints) noexcept {
+    if (choice == held) held = {};
     last_ = 1 - best_;
     Fitted& made = fitted_[last_];
     AutoCandidate& candidate = made.candidate;
@@ -146,6 +151,18 @@ class Chooser {
     return candidate;
   }
 
+  // True where the target is missed by little.
+  [[nodiscard]] bool isNear() const noexcept {
+    const AutoCandidate& found = fitted_[best_].candidate;
+    return settings_.hasTarget && !found.isMet && found.error < kNear * frame_.budget.targetError;
+  }
+
+  // Compares what the time did not suffice for as well.
+  void chooseMore() noexcept {
+    mostWork_ = kInfinity;
+    chooseAll();
+  }
+
   // Compares all choices that have hope.
   void chooseAll() noexcept {
     const int most = frame_.budget.partitions;
@@ -170,7 +187,7 @@ class Chooser {
     }
     while (count >= guessed && move(count + 1)) {
     }
-    if (count > 2) (void)move(1);  // of a cut view one map may need less than any few
+    if (isCut_ && count > 2) (void)move(1);  // one map may need less than any few
     if (!canWarp_) return;
     // Where nothing but the error counts, rows and faces may use all maps though slices do not.
     const int wedges = best().candidate.isMet && settings_.hasTarget ? std::max(count, 2) : most;
@@ -179,9 +196,8 @@ class Chooser {
     if ((!settings_.hasTarget || !at.isMet) && count < guessed) (void)considerSlices(count);
     const AutoCandidate& found = best().candidate;
     const AutoChoice searched{found.choice.layout, found.choice.count, Warp::least};
-    constexpr double kNear = 1.03;  // of a target, so that a little more may meet it
     if (!settings_.hasTarget || !found.isMet) {
-      if ((!settings_.hasTarget || found.error < kNear * frame_.budget.targetError) && canAfford(best().fits, kFineTrials))
+      if ((!settings_.hasTarget || isNear()) && canAfford(best().fits, kFineTrials))
         (void)considerFrom(searched, best(), kFineTrials, best().fits <= kFew && canAfford(best().fits, kEverywhere));
     } else if (found.choice == searched && searched.layout == AutoLayout::slices && count != guessed &&
                canAfford(best().fits, kFineTrials + kEverywhere / best().fits)) {
@@ -254,7 +270,7 @@ class Chooser {
     return trials > 0 ? kFit + kSides + trials : kFit;
   }
   // False where so many fits would take the choice past its time: what has not been compared by then is not.
-  [[nodiscard]] bool canAfford(int fits, int trials) const noexcept { return !hasBest() || work_ + fits * workOf(trials) <= kMostWork; }
+  [[nodiscard]] bool canAfford(int fits, int trials) const noexcept { return !hasBest() || work_ + fits * workOf(trials) <= mostWork_; }
 
   // True where no choice of so many maps, of which so many are fitted by themselves, can be better than the best: what it takes at least
   // costs more.
@@ -267,17 +283,13 @@ class Chooser {
 
   // Considers slices without a search, which is little, but all that a small scene costs; then with one, where that has hope.
   AutoCandidate considerSlices(int count) noexcept {
-    constexpr double kMore = 1.3;  // times the texels, what a search gains over LiSPSM seldom differs by more from one count to the next
-    const Demand least{leastNeed(count)};
     const AutoCandidate found = considerNamed(count);
     if (!canWarp_ || found.maps == 0) return found;
+    const AutoChoice choice{AutoLayout::slices, count, Warp::least};
     const int at = find(found.choice);
-    const double gain = sliceGain_ > 0.0 && count > kUnlike ? sliceGain_ * kMore : kInfinity;
-    if (isHopeless(count, fits_[at], Warp::least, least) ||
-        isHopeless(count, fits_[at], Warp::least, demands_[at].scaled(std::sqrt(1.0 / gain), 1.0)) || !canAfford(fits_[at], kSliceTrials))
+    if (!wasSearched(choice) && (isHopeless(count, fits_[at], Warp::least, {leastNeed(count)}) || !canAfford(fits_[at], kSliceTrials)))
       return found;
-    const AutoCandidate searched = considerLike({AutoLayout::slices, count, Warp::least});
-    sliceGain_ = demands_[at].area / last().demand.area;
+    const AutoCandidate searched = wasSearched(choice) ? report_.candidates[find(choice)] : considerLike(choice);
     return isBetter(searched, found) ? searched : found;
   }
 
@@ -313,14 +325,6 @@ class Chooser {
     return limit_ * (isCut_ && count <= kOneOrTwo ? 1.0 : std::max(kLeast * shareOfLimit(count), 1.0));
   }
 
-  // The same of faces: each side in use has its rows, and one map is the near plane's.
-  [[nodiscard]] double facesNeed(int count) const noexcept {
-    const Camera& camera = region_.camera;
-    const glm::dvec3 l = light_.directionVs * (light_.directionVs.z < 0.0 ? -1.0 : 1.0);
-    const int sides = (l.x < camera.right * l.z) + (-l.x < camera.left * l.z) + (l.y < camera.up * l.z) + (-l.y < camera.down * l.z);
-    return leastNeed(std::max((count - 1 + sides - 1) / std::max(sides, 1), 1));
-  }
-
   // As many slices as cost least if they need what views do on average.
   [[nodiscard]] int guessCount() const noexcept {
     constexpr double kUsual = 1.5;
@@ -342,13 +346,11 @@ class Chooser {
 
   // Considers rows or faces. Named warps say at a tenth of a search's price how many, where the target can be met, and what has no hope.
   void considerWedges(AutoLayout layout, int count) noexcept {
-    // Times the texels that the least of all warps gains over LiSPSM, whose axis faces are seldom along: seldom more; usually.
-    const double mostGain = layout == AutoLayout::faces ? 2.0 : 1.5;
-    double gain = 1.1;
+    constexpr double kMostGain = 2.0;  // times the texels, what the least of all warps gains over LiSPSM: seldom more
+    double gain = 1.1;  // usually
     const auto predict = [&](int maps, double by) {
       AutoCandidate found = kNone;
-      const double least = layout == AutoLayout::faces ? facesNeed(maps) : leastNeed(maps);
-      if (maps < 2 || maps > frame_.budget.partitions || isHopeless(maps, 1, Warp::none, {least})) return found;
+      if (maps < 2 || maps > frame_.budget.partitions || isHopeless(maps, 1, Warp::none, {leastNeed(maps)})) return found;
       const AutoChoice choice{layout, maps, Warp::lispsm};
       int at = find(choice);
       if (at == report_.count && canAfford(maps, 0)) (void)consider(choice, nullptr);
@@ -356,18 +358,16 @@ class Chooser {
       found = report_.candidates[at];
       AutoCandidate searched = found;
       searched.choice.warp = Warp::least;
-      weigh(demands_[at].scaled(std::sqrt(1.0 / by), 1.0), fits_[at], searched);
+      weigh(demands_[at].over(by), fits_[at], searched);
       return isBetter(searched, found) ? searched : found;
     };
     const auto search = [&](int maps) {
       const AutoChoice named{layout, maps, Warp::lispsm}, choice{layout, maps, Warp::least};
       const int at = find(named);
-      const auto hasHope = [&](double by) {
-        return !isHopeless(report_.candidates[at].maps, fits_[at], Warp::least, demands_[at].scaled(std::sqrt(1.0 / by), 1.0));
-      };
-      if (at == report_.count || find(choice) < report_.count || !hasHope(mostGain) || !canAfford(fits_[at], kWedgeTrials)) return false;
+      if (at == report_.count || wasSearched(choice) || !canAfford(fits_[at], kWedgeTrials) ||
+          isHopeless(report_.candidates[at].maps, fits_[at], Warp::least, demands_[at].over(kMostGain)))
+        return false;
       if (!(last().candidate.choice == named)) (void)consider(named, nullptr);
-      if (!hasHope(std::min(gainOfLargest(last()), mostGain))) return false;
       const AutoCandidate found = considerFrom(choice, last(), kWedgeTrials);
       gain = report_.candidates[at].neededTexels / found.neededTexels;
       return found.choice == best().candidate.choice;
@@ -379,35 +379,8 @@ class Chooser {
           for (AutoCandidate next; isBetter(next = predict(count + step, gain), at); at = next) count += step;
       if (!search(count)) break;
     }
-    if (settings_.hasTarget && best().candidate.isMet && !predict(count - 1, gain).isMet && predict(count - 1, mostGain).isMet)
+    if (settings_.hasTarget && best().candidate.isMet && !predict(count - 1, gain).isMet && predict(count - 1, kMostGain).isMet)
       (void)search(count - 1);
-  }
-
-  // Times the texels that a search gains over the named warps of the two maps that need most: of all it seldom gains more than this.
-  [[nodiscard]] double gainOfLargest(const Fitted& known) const noexcept {
-    constexpr int kLargest = 2;
-    constexpr double kMore = 1.15;
-    const MapFits& maps = known.maps;
-    if (known.fits <= kFew) return kInfinity;
-    const auto needs = [&](int i) { return maps.footprints[i].count > 0 ? maps.fits[i].needed : 0.0; };
-    int largest[kLargest] = {0, 0};
-    for (int i = 1; i < known.splits.count; ++i) {
-      if (needs(i) > needs(largest[0])) {
-        largest[1] = largest[0];
-        largest[0] = i;
-      } else if (largest[1] == largest[0] || needs(i) > needs(largest[1])) {
-        largest[1] = i;
-      }
-    }
-    double named = 0.0, searched = 0.0;
-    for (const int i : largest) {
-      const WarpHint hint = hintOf(maps, i, kWedgeTrials);
-      MapFit fit = fitSlice(region_, maps.footprints[i], FitMode::tight, maps.pixels[i]);
-      (void)warpFit({.warp = Warp::least}, light_, maps.footprints[i], maps.served[i], glm::dvec2(0.0), fit, &hint);
-      named += needs(i);
-      searched += fit.needed;
-    }
-    return kMore * named / searched;
   }
 
   // Searches for every map from that of a choice of as many.
@@ -453,6 +426,8 @@ class Chooser {
     return at;
   }
 
+  [[nodiscard]] bool wasSearched(const AutoChoice& choice) const noexcept { return !(choice == held) && find(choice) < report_.count; }
+
   const Frame& frame_;
   const Region& region_;
   const LightSpace& light_;
@@ -462,12 +437,11 @@ class Chooser {
   double grown_ = 0.0;  // logarithm of the depths' ratio
   double texelsForTarget_ = kInfinity;
   bool canWarp_ = false, isCut_ = false;
-  double work_ = 0.0;
+  double work_ = 0.0, mostWork_ = kMostWork;
   int best_ = 0, last_ = 0;
   Fitted fitted_[2];
   WarpHint slices_[kMaxPartitions];  // shapes of the slices searched last
   int searched_ = 0;  // their number
-  double sliceGain_ = 0.0;  // times the texels, what their search gained over LiSPSM; 0: not known
   Demand demands_[kMaxCandidates];  // of the report's candidates
   int fits_[kMaxCandidates];
 };
@@ -524,8 +498,13 @@ void recall(const LightSpace& light, const AutoState& state, WarpHint* hints) no
 
 Status validate(const AutoSettings& settings, double& value) noexcept {
   const DeviceProfile& profile = settings.profile;
-  for (const double weight : {profile.pass, profile.texel, profile.fit, profile.search, settings.hysteresis})
-    if (value = weight; !(weight >= 0.0 && std::isfinite(weight))) return Status::autoWeights;
+  const std::pair<Status, double> weights[] = {{Status::autoPass, profile.pass},
+                                               {Status::autoTexel, profile.texel},
+                                               {Status::autoFit, profile.fit},
+                                               {Status::autoSearch, profile.search},
+                                               {Status::autoHysteresis, settings.hysteresis}};
+  for (const auto& [status, weight] : weights)
+    if (value = weight; !(weight >= 0.0 && std::isfinite(weight))) return status;
   return Status::ok;
 }
 
@@ -550,6 +529,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
   if (state.choice.count > 0 && state.partitions == frame.budget.partitions && chooser.canTake(state.choice)) {
     recall(light, state, hints);
     held = chooser.consider(state.choice, hints);
+    chooser.held = state.choice;
     constexpr double kSlack = 1.02;  // a target missed by little is missed still while the error has fallen by no more
     const double value = chooser.valueOf(held), most = 1.0 + settings.hysteresis;
     why.isKept = held.isMet == state.isMet && value <= state.value * most && value * most >= state.value &&
@@ -565,6 +545,7 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
         chooser.chooseAll();
       else
         chooser.weighAgain();
+      if (chooser.isNear()) chooser.chooseMore();
       const AutoCandidate best = chooser.best().candidate;
       if (best.maps == 0) {
         clearBlock(solution.block);

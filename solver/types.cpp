@@ -77,7 +77,11 @@ Text text(Status status) noexcept {
     case Status::samplesBounds: return {"samples.bounds", "must be finite with near <= far and min <= max"};
     case Status::samplesLatency: return {"method.latency", "must be a finite number of world units >= 0"};
     case Status::sdsmHysteresis: return {"method.hysteresis", "must be a number in [0, 1]"};
-    case Status::autoWeights: return {"method", "pass_ns, texel_ns, fit_ns, search_ns and hysteresis must be finite numbers >= 0"};
+    case Status::autoPass: return {"method.pass_ns", "must be a finite number >= 0"};
+    case Status::autoTexel: return {"method.texel_ns", "must be a finite number >= 0"};
+    case Status::autoFit: return {"method.fit_ns", "must be a finite number >= 0"};
+    case Status::autoSearch: return {"method.search_ns", "must be a finite number >= 0"};
+    case Status::autoHysteresis: return {"method.hysteresis", "must be a finite number >= 0"};
     case Status::biasSlope: return {"bias.slope", "must be a finite number >= 0"};
     case Status::biasConstant: return {"bias.constant", "must be a finite number of texels >= 0"};
     case Status::worldSpacePrecision:

@@ -51,13 +51,17 @@ Frame randomFrame(Random& random, int k, Box& box, glm::dvec4& ground) {
 
 TEST(Auto, RefusesWeightsAndWhatItsStagesRefuse) {
   AutoState state;
-  for (double DeviceProfile::*weight : {&DeviceProfile::pass, &DeviceProfile::texel, &DeviceProfile::fit, &DeviceProfile::search})
+  const std::pair<Status, double DeviceProfile::*> weights[] = {{Status::autoPass, &DeviceProfile::pass},
+                                                                {Status::autoTexel, &DeviceProfile::texel},
+                                                                {Status::autoFit, &DeviceProfile::fit},
+                                                                {Status::autoSearch, &DeviceProfile::search}};
+  for (const auto& [status, weight] : weights)
     for (const double bad : {-1.0, kInfinity, std::nan("")}) {
       AutoSettings settings;
       settings.profile.*weight = bad;
-      EXPECT_EQ(choose(usualFrame(), settings)->solution.status, Status::autoWeights);
+      EXPECT_EQ(choose(usualFrame(), settings)->solution.status, status);
     }
-  EXPECT_EQ(choose(usualFrame(), {.hysteresis = -0.1})->solution.status, Status::autoWeights);
+  EXPECT_EQ(choose(usualFrame(), {.hysteresis = -0.1})->solution.status, Status::autoHysteresis);
   ASSERT_EQ(choose(usualFrame(), {}, state)->solution.status, Status::ok);
   const AutoState before = state;
   Frame frame = usualFrame();
@@ -231,6 +235,30 @@ TEST(Auto, WithoutATargetTheLeastError) {
     EXPECT_LE(answer->solution.neededTexels, 1.1 * best->neededTexels) << k;
     EXPECT_LE(texelsOf(answer->solution), frame.budget.resolution * frame.budget.resolution * frame.budget.partitions);
   }
+}
+
+// Layers are as many as the maps that are not empty: the others' texels go to these, whether the target is met or missed.
+TEST(Auto, LayersOfNothingTakeNothing) {
+  Random random(705);
+  int empty = 0;
+  for (int k = 0; k < 400; ++k) {
+    Box box;
+    glm::dvec4 ground;
+    Frame frame = randomFrame(random, 3 * k + 1, box, ground);
+    frame.shadowMap.layout = MapLayout::layers;
+    frame.budget.texels = 1 << 18;
+    const auto answer = choose(frame);
+    if (answer->why.chosen < 0) continue;
+    const AutoCandidate& chosen = answer->why.candidates[answer->why.chosen];
+    if (chosen.choice.count == chosen.maps) continue;
+    ++empty;
+    const double texels = texelsOf(answer->solution), side = std::sqrt(texels / chosen.maps);
+    EXPECT_NEAR(chosen.texels / texels, 1.0, 4.0 / side) << k;  // whole texels
+    if (isMissed(answer->solution)) {
+      EXPECT_NEAR(frame.budget.texels / texels, 1.0, 4.0 / side) << k;
+    }
+  }
+  EXPECT_GT(empty, 5);
 }
 
 // What a missed target is said to take does meet it, and every map gives way alike.

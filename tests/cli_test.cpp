@@ -277,7 +277,10 @@ std::vector<StatusRow> statusRows() {
        {},
        "method.hysteresis",
        "2"},
-      {Status::autoWeights, {{"/method", {{"name", "auto"}, {"pass_ns", -1}}}}, {}, "method", R"({"name":"auto","pass_ns":-1})"},
+      {Status::autoPass, {{"/method", {{"name", "auto"}, {"pass_ns", -1}}}}, {}, "method.pass_ns", "-1"},
+      {Status::autoTexel, {{"/method", {{"name", "auto"}, {"texel_ns", -1}}}}, {}, "method.texel_ns", "-1"},
+      {Status::autoFit, {{"/method", {{"name", "auto"}, {"fit_ns", -1}}}}, {}, "method.fit_ns", "-1"},
+      {Status::autoSearch, {{"/method", {{"name", "auto"}, {"search_ns", -1}}}}, {}, "method.search_ns", "-1"},
       {Status::biasSlope, {{"/bias/slope", -1}}, {}, "bias.slope", "-1"},
       {Status::biasConstant, {{"/bias/constant", -2}}, {}, "bias.constant", "-2"},
       {Status::worldSpacePrecision, {{"/camera/position", list({1e30, 0, 0})}}, {"--world"}, "camera.position", "[1e+30,0,0]"},
@@ -286,8 +289,8 @@ std::vector<StatusRow> statusRows() {
 }
 
 TEST_F(Cli, RefusesWhatTheLibraryRefuses) {
-  // JSON has no number that is not finite, and a picture's sides are told apart by the tool itself.
-  std::set<Status> reached = {Status::cameraPosition, Status::imageSize};
+  // JSON has no number that is not finite, a picture's sides are told apart by the tool itself, and the tool has no frame before.
+  std::set<Status> reached = {Status::cameraPosition, Status::imageSize, Status::autoHysteresis};
   for (const StatusRow& row : statusRows()) {
     const std::string line = refusal(solveText(edited(row.edits).dump(), row.options), row.field + " " + row.got);
     const std::string start = "gnomon: " + row.field + ": " + statusRule(row.status), end = ", got " + row.got;

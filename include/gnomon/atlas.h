@@ -21,7 +21,7 @@ struct Atlas {
 [[nodiscard]] double texelsPerMap(const Budget& budget, int count) noexcept;
 
 // Sizes each map by its fit's aspect and places it. shares: of all texels, for each map, summing to 1; null: equal. Layers of an
-// array are always equal. Errors: budgetAtlas (even one texel each does not fit), marginTexels.
+// array are always equal; those with no share are not made. Errors: budgetAtlas (even one texel each does not fit), marginTexels.
 [[nodiscard]] Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, int count, Atlas& atlas) noexcept;
 
 }  // namespace gnomon

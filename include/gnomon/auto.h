@@ -80,7 +80,7 @@ struct AutoState {
   } shapes[kMaxPartitions];
 };
 
-// Errors: autoWeights; value: what was refused.
+// Errors: autoPass, autoTexel, autoFit, autoSearch, autoHysteresis; value: what was refused.
 [[nodiscard]] Status validate(const AutoSettings& settings, double& value) noexcept;
 
 // Partitions for one directional light. No heap, no globals, no exceptions; some 130 KB of stack. Texels are shared so that every map ends with the same error; over budget

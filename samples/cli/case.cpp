@@ -568,11 +568,10 @@ void parseSingle(const Fields& fields, Case& out) {
 
 void parseAuto(const Fields& fields, Case& out) {
   DeviceProfile& profile = out.automatic.profile;
-  for (const auto& [key, weight] : {std::pair<const char*, double*>{"pass_ns", &profile.pass},
-                                    {"texel_ns", &profile.texel},
-                                    {"fit_ns", &profile.fit},
-                                    {"search_ns", &profile.search}})
-    if (fields.has(key)) *weight = fields.number(key, "must be a finite number >= 0");
+  fields.numberIf("pass_ns", Status::autoPass, profile.pass);
+  fields.numberIf("texel_ns", Status::autoTexel, profile.texel);
+  fields.numberIf("fit_ns", Status::autoFit, profile.fit);
+  fields.numberIf("search_ns", Status::autoSearch, profile.search);
   out.automatic.hasTarget = out.json.contains("budget") && out.json["budget"].contains("target_error");
 }
 

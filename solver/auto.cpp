@@ -462,10 +462,10 @@ Status writeBest(const Frame& frame, const Region& region, const LightSpace& lig
       spent.budget.texels = std::clamp(demandOf(frame, fitted, 1 << 2 * i, mapCount).texels(target), spent.budget.texels, most);
     clear(solution);
     const Status status = placeMaps(spent, region, light, fitted.splits, making, fitted.maps, solution);
+    std::copy_n(fits, fitted.splits.count, fitted.maps.fits);  // placing grows them
     if (status != Status::ok || solution.maxError <= target || i + 1 == kTries || spent.budget.texels >= most) return status;
     const double over = solution.maxError / target;  // more than rounding to whole texels where float32 takes its share
     spent.budget.texels = std::min(spent.budget.texels * over * over, most);
-    std::copy_n(fits, fitted.splits.count, fitted.maps.fits);
   }
 }
 
@@ -479,8 +479,8 @@ double spentTexels(const Solution& solution) noexcept {
 // The shapes that the next frame's search begins with, and back.
 void remember(const LightSpace& light, const Fitted& fitted, AutoState& state) noexcept {
   const glm::dmat3 viewFromLs = glm::transpose(glm::dmat3(light.lsFromView));
+  std::fill_n(state.shapes, kMaxPartitions, AutoState::Shape{});
   for (int i = 0; i < fitted.splits.count; ++i) {
-    state.shapes[i] = {};
     if (fitted.candidate.choice.warp != Warp::least || !fitted.maps.hasServed) continue;
     const WarpShape shape = hintOf(fitted.maps, fitted.maps.footprints[i].like, 0).shape;
     state.shapes[i] = {viewFromLs * glm::dvec3(std::cos(shape.phi), std::sin(shape.phi), 0.0), shape.kappa, shape.sigma, shape.tau};
@@ -584,6 +584,10 @@ Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& st
   if (settings.hasTarget && solution.maxError > target) {
     solution.warnings |= static_cast<std::uint32_t>(Warning::targetMissed);
     if (why.chosen >= 0) why.candidates[why.chosen].isMet = false;
+    if (why.texelsForTarget <= chooser.texels) {  // rounding, or the atlas, took what was missing
+      const double over = solution.maxError / target;
+      why.texelsForTarget = chooser.texels * over * over;
+    }
     if (report) why.mapsForTarget = chooser.mapsForTarget();
   }
   state = next;

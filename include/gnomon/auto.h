@@ -75,7 +75,7 @@ struct AutoState {
   double overLimit = 0.0;  // texels needed over the least that the view needs, then
   bool isMet = false;  // the target, then
   struct Shape {
-    glm::dvec3 axisVs{0.0};  // along which the map is warped, view space; zero: not warped
+    glm::dvec3 axisVs{0.0};  // along which the map is warped, view space; zero: nothing was searched
     double kappaShare = 0.0, sigma = 0.0, tau = 0.0;  // as WarpHint has them
   } shapes[kMaxPartitions];
 };

@@ -192,6 +192,8 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
   if (slices.rows.count > 0) writeRows(region, slices.rows, solution.originWs, block);
   const auto isVectorFinite = [](const vec4& v) { return (v.x + v.y + v.z + v.w) * 0.0f == 0.0f; };
   bool isFine = isVectorFinite(block.origin) && isVectorFinite(block.viewPlane) && isVectorFinite(block.depthRule);
+  for (int i = 0; i < slices.rows.count; ++i)
+    isFine = isFine && std::isfinite(block.rows[i].x) && std::isfinite(block.rows[i].y) && std::isfinite(block.rows[i].z);
   for (int i = 0; i < count; ++i) {
     Partition& map = solution.partitions[i];
     GnomonPartition& out = block.partitions[i];

@@ -141,8 +141,9 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
   double shares[kMaxPartitions], sum = 0.0;
   for (int i = 0, m = 0; i < splits.count; ++i) {
     MapFit& fit = maps.fits[i];
-    shares[i] = fit.needed;
+    shares[i] = 0.0;
     if (maps.footprints[i].count == 0) continue;
+    shares[i] = fit.needed;
     if (const double motion = frame.margin.motion[m++]; motion > 0.0) {
       const double before = fit.size.x * fit.size.y;
       giveRoom(motion, fit);

@@ -2,6 +2,7 @@
 """Seeds one fault at a time in solver/ and glsl/ and runs the suite: every fault must be caught.
 
     seed.py SOURCE SCRATCH [FIRST [LAST]]
+    seed.py SOURCE                           only: does every fault still apply?
 
 Works in SCRATCH, a copy of SOURCE with a build folder of its own. A fault is a file, a text that occurs once in it, and what takes its
 place. The tests that take seconds judge first; what they miss goes to the rest of the suite, and what fails there must pass without the fault.
@@ -33,7 +34,7 @@ FAULTS = [
     ('solver/footprint.cpp', 'edge.end > slab.far ? addBetween(edge, slab.far) : addVertex(edge.to);', 'addVertex(edge.to);', 'slice not cut at its far end'),
     ('solver/footprint.cpp', 'width = std::min(width, all.pixels[i]);', 'width = all.pixels[i];', 'not the least width of a band'),
     # fit
-    ('solver/fit.cpp', 'fit.least = glm::dvec2(left, low) - (size - span) / 2.0;', 'fit.least = glm::dvec2(left, low);', 'thin hull not centred'),
+    ('solver/fit.cpp', 'fit.least = bounds.least - (size - span) / 2.0;', 'fit.least = bounds.least;', 'thin hull not centred'),
     ('solver/fit.cpp', 'const glm::dvec2 inner = texels - 2.0 * margin - (isSnapped ? 1.0 : 0.0);', 'const glm::dvec2 inner = texels - (isSnapped ? 1.0 : 0.0);', 'dropped margin'),
     ('solver/fit.cpp', 'if (frame.shadowMap.depth == DepthConvention::reversedZeroToOne) perDepth *= -1.0, byW = 1.0;', '', 'reversed map drawn forward'),
     ('solver/fit.cpp', 'const double flip = frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0;', 'const double flip = 1.0;', 'Vulkan y not flipped'),
@@ -43,7 +44,7 @@ FAULTS = [
     ('solver/cast.cpp', 'fit.depthFar += range * fit.depthLost;', '', 'depth lost over casters'),
     ('solver/cast.cpp', 'const glm::dvec2 inward = glm::dvec2(-edge.y, edge.x)', 'const glm::dvec2 inward = glm::dvec2(edge.y, -edge.x)', 'cull planes inside out'),
     # atlas, block
-    ('solver/atlas.cpp', 'if (viewports) viewports[order[i]] = glm::ivec4(x + border, y + border, sizes[order[i]]);', 'if (viewports) viewports[order[i]] = glm::ivec4(x, y, sizes[order[i]]);', 'border on one side only'),
+    ('solver/atlas.cpp', 'glm::ivec4(x + border, y + border, sizes[cell.map])', 'glm::ivec4(x, y, sizes[cell.map])', 'border on one side only'),
     ('solver/block.cpp', 'frame.shadowMap.style == ClipStyle::direct3d ? -0.5 : 0.5;', 'frame.shadowMap.style == ClipStyle::direct3d ? 0.5 : 0.5;', 'Direct3D lookup upside down'),
     ('solver/block.cpp', 'const double fadeFrom = region.far - frame.fade * (region.far - region.near);', 'const double fadeFrom = region.far - frame.fade * region.far;', 'fade of the wrong length'),
     ('solver/block.cpp', 'block.originRest = vec4(glm::vec3(solution.originWs - glm::dvec3(origin)), 0.0f);', 'block.originRest = vec4(0.0f);', 'origin rounded to float32'),
@@ -91,8 +92,17 @@ def first_failure(tests, filter):
     return failure
 
 
+def stale(source):
+    """Faults whose text does not occur once."""
+    return [f'{name}: {what}: no longer applies' for name, old, _, what in FAULTS
+            if open(os.path.join(source, name), encoding='utf-8').read().count(old) != 1]
+
+
 def main():
-    source, scratch = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+    source = os.path.abspath(sys.argv[1])
+    if len(sys.argv) == 2:
+        sys.exit('\n'.join(stale(source)) or 0)
+    scratch = os.path.abspath(sys.argv[2])
     first = int(sys.argv[3]) if len(sys.argv) > 3 else 1
     last = int(sys.argv[4]) if len(sys.argv) > 4 else len(FAULTS)
     tree, build = os.path.join(scratch, 'tree'), os.path.join(scratch, 'build')

@@ -20,7 +20,8 @@ int makeHull(const glm::dvec3* points, int count, glm::dvec2* hull) noexcept {
   glm::dvec2 chain[kMaxHull + 1];
   int size = 0;
   const auto extend = [&](const glm::dvec2& p, int least) {
-    while (size >= least && !(cross2(chain[size - 1] - chain[size - 2], p - chain[size - 2]) > 0.0)) --size;
+    // From the last vertex: exact for points that rounding alone tells apart, whose turn would be any otherwise.
+    while (size >= least && !(cross2(chain[size - 1] - chain[size - 2], p - chain[size - 1]) > 0.0)) --size;
     chain[size++] = p;
   };
   for (int i = 0; i < count; ++i) extend(sorted[i], 2);

@@ -151,6 +151,7 @@ struct Scene {
 };
 
 // Where the samples of an interval of view depths lie on the light plane: light space of lightForSamples() (gnomon/samples.h).
+// Samples whose depth the buffer cannot tell from an end's count on both sides of it: either may be selected.
 struct SampleBounds {
   double near, far;  // view depths, near <= far
   glm::dvec2 least, most;  // least <= most

@@ -205,7 +205,7 @@ void makeSamples(Random& random, HardCase& c) {
       };
       SampleBounds part{edge(i), std::max(edge(i + 1), edge(i)), glm::dvec2(kInfinity), glm::dvec2(-kInfinity)};
       for (std::size_t p = 0; p < depths.size(); ++p) {
-        const double slack = 1e-9 * std::abs(depths[p]);
+        const double slack = std::max(depthQuantum(camera, depths[p]), viewQuantum(camera, depths[p]));  // counts on both sides
         if (!(depths[p] >= part.near - slack && depths[p] <= part.far + slack)) continue;
         const glm::dvec3 q = c.cloud[p];
         const glm::dvec2 ls(lsFromView * glm::dvec3(glm::dot(q, axes.right), glm::dot(q, axes.up), glm::dot(q, axes.forward)));

@@ -2,7 +2,7 @@
 # make test                   set up, build, run every test
 # make figures                the figures of [Lloyd 2006] from this solver's matrices: tables and drawings under out/figures/
 # make report [QUICK=1]       speed against error of every method on the same views: out/report/report.html, .json, .csv
-# make peers                  three.js, Babylon.js and OGRE on the same views, judged alike (a set-up of its own); the next report shows them
+# make peers                  three.js, Babylon.js, OGRE and OpenSceneGraph on the same views, judged alike (a set-up of its own); the next report shows them
 # make asan                   every test again, under the address and undefined-behaviour sanitizers
 # make fuzz [TIME=60]         the fuzz targets, TIME seconds each: solve, case, glb, check (FUZZ="solve case" for some)
 # make soak [CASES=1000000]   random and adversarial cases of every method
@@ -54,9 +54,10 @@ peers: build
 	npm install --silent --no-fund --prefix build/peers three@0.187 @babylonjs/core@9.35
 	cp samples/peers/*.mjs build/peers/
 	$(CXX) -std=c++17 -O2 samples/peers/ogre.cpp $$(pkg-config --cflags --libs OGRE) -o build/peers/ogre
+	$(CXX) -std=c++20 -O2 samples/peers/osg.cpp $$(pkg-config --cflags --libs openscenegraph-osgShadow) -o build/peers/osg
 	build/gnomon_peers cases build/peers/cases
-	cd build/peers && node three.mjs cases/*.json >three.jsonl && node babylon.mjs cases/*.json >babylon.jsonl && ./ogre cases/*.json >ogre.jsonl
-	cd build/peers && ../gnomon_peers judge ../../out/report cases/*.json -- three.jsonl babylon.jsonl ogre.jsonl
+	cd build/peers && node three.mjs cases/*.json >three.jsonl && node babylon.mjs cases/*.json >babylon.jsonl && ./ogre cases/*.json >ogre.jsonl && ./osg cases/*.json >osg.jsonl
+	cd build/peers && ../gnomon_peers judge ../../out/report cases/*.json -- three.jsonl babylon.jsonl ogre.jsonl osg.jsonl
 
 asan: setup
 	cmake --preset asan -DGNOMON_EXTRA_DATA="$(GNOMON_EXTRA_DATA)"

@@ -182,10 +182,10 @@ int judgeAll(const std::string& folder, const std::vector<std::string>& cases, c
                                {"ours", beaten}});
     }
   }
-  std::printf("%-16s %-24s %12s %10s %12s %12s\n", "system", "settings", "needed/limit", "solve, us", "uncovered in", "at worst, %");
+  std::printf("%-20s %-24s %12s %10s %12s %12s\n", "system", "settings", "needed/limit", "solve, us", "uncovered in", "at worst, %");
   for (const Line& line : lines) {
     const double needed = std::exp(line.logNeeded / line.cases), us = line.solveUs / line.cases;
-    std::printf("%-16s %-24s %12.2f %10.1f %6d of %2d %12.3f\n", line.system.c_str(), line.settings.c_str(), needed, us,
+    std::printf("%-20s %-24s %12.2f %10.1f %6d of %2d %12.3f\n", line.system.c_str(), line.settings.c_str(), needed, us,
                 line.uncoveredCases, line.cases, 100.0 * line.worstUncovered);
     out["rows"].push_back({{"system", line.system},
                            {"settings", line.settings},

@@ -200,6 +200,12 @@ bool cutToBox(Cell& cell, const Box& box, const Region& region) noexcept {
   return true;
 }
 
+// What of the volume lies in the i-th of several receivers; no vertices: nothing.
+void makePart(const Region& region, int i, Cell& part) noexcept {
+  copyCell(region.volume, part);
+  if (!cutToBox(part, region.receivers[static_cast<std::size_t>(i)], region)) part.vertexCount = 0;
+}
+
 // True where a float32 matrix can hold every length, from the narrowest pixel to the farthest corner: no square of one leaves double's range.
 bool fitsFloat(const Region& region, double& value) noexcept {
   const Camera& camera = region.camera;
@@ -450,6 +456,8 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
   } else {
     region.receivers = frame.scene.receivers;
   }
+  const int kept = std::min(static_cast<int>(region.receivers.size()), kMaxKeptCells);
+  for (int i = 0; i < kept; ++i) makePart(region, i, region.parts[i]);
   Cell storage;
   for (int i = 0; i < cellCount(region); ++i) {
     const Cell* cell = getCell(region, i, storage);
@@ -468,8 +476,9 @@ int cellCount(const Region& region) noexcept { return region.receivers.empty() ?
 const Cell* getCell(const Region& region, int i, Cell& storage) noexcept {
   if (region.volume.vertexCount == 0) return nullptr;
   if (region.receivers.empty()) return &region.volume;
-  copyCell(region.volume, storage);
-  return cutToBox(storage, region.receivers[static_cast<std::size_t>(i)], region) ? &storage : nullptr;
+  if (i >= kMaxKeptCells) makePart(region, i, storage);
+  const Cell& part = i < kMaxKeptCells ? region.parts[i] : storage;
+  return part.vertexCount > 0 ? &part : nullptr;
 }
 
 }  // namespace gnomon

@@ -24,15 +24,15 @@ struct Plane {
   double offset;
 };
 
-// A convex polytope: vertices, and edges that know the two faces (planes) they lie between. May be flat.
+// A convex polytope: vertices, and edges that know the two faces (planes) they lie between. May be flat. Holds nothing until it is made.
 struct Cell {
   struct Edge {
     std::uint8_t from, to;  // vertices
     std::uint8_t left, right;  // planes
   };
-  int vertexCount = 0, edgeCount = 0, planeCount = 0;
-  bool isExact = true;  // false once a cut was `kept`, and it holds more than it should, or is all rounding
-  double reach = 0.0;  // the largest coordinate that a cut has met: rounding of what is left scales with it
+  int vertexCount, edgeCount, planeCount;
+  bool isExact;  // false once a cut was `kept`, and it holds more than it should, or is all rounding
+  double reach;  // the largest coordinate that a cut has met: rounding of what is left scales with it
   glm::dvec3 vertices[kMaxCellVertices];
   Edge edges[kMaxCellEdges];
   Plane planes[kMaxCellPlanes];
@@ -60,6 +60,8 @@ struct DepthSpan {
   double near, far;
 };
 
+inline constexpr int kMaxKeptCells = 16;
+
 struct Region {
   glm::dmat3 worldFromView{1.0};  // columns: right, up, forward
   glm::dvec3 eyeWs{0.0};
@@ -73,6 +75,7 @@ struct Region {
   double latency = 0.0;  // room for them, world units
   double unevenness = 0.0;  // how far its faces are from flat, world units
   Cell volume;  // view volume, half-spaces and the only receiver; no vertices: empty
+  Cell parts[kMaxKeptCells];  // of the first of several receivers, cut once
   int spanCount = 0;  // 0: nothing to shadow
   DepthSpan spans[kMaxSpans];  // disjoint, ascending; closest ones joined where there are more
   std::uint32_t warnings = 0;
@@ -91,7 +94,7 @@ struct Region {
 // How many cells the region has: one for each of several receiver boxes, or the volume alone.
 [[nodiscard]] int cellCount(const Region& region) noexcept;
 
-// The i-th cell, in view space; null where it is empty. Made in storage where the region does not hold it.
+// The i-th cell, in view space; null where it is empty. Made in storage where the region does not keep it.
 [[nodiscard]] const Cell* getCell(const Region& region, int i, Cell& storage) noexcept;
 
 // Checks boxes: finite, min <= max. Returns the index of the first bad one or -1; value: what was wrong.

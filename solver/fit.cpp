@@ -230,13 +230,14 @@ glm::dmat4 cropMatrix(const Frame& frame, const LightSpace& light, const glm::dv
   if (frame.shadowMap.depth == DepthConvention::negativeOneToOne) perDepth *= 2.0, byW = -1.0;
   if (frame.shadowMap.depth == DepthConvention::reversedZeroToOne) perDepth *= -1.0, byW = 1.0;
   byW += (centre - fit.depthNear) * perDepth;
-  glm::dmat4 crop;  // from world - eye
-  for (int c = 0; c < 4; ++c) {
-    const glm::dvec4& ls = light.lsFromWorld[c];
-    const auto over = [&](const glm::dvec3& row) { return row.x * ls.x + row.y * ls.y + row.z * ls.w; };
-    const double clipW = over(w);
-    crop[c] = {over(x), over(y), (ls.z - ls.w * centre) * perDepth + clipW * byW, clipW};
+  // From world - eye, where a directional light's space begins and which it takes without perspective.
+  glm::dmat4 crop;
+  for (int c = 0; c < 3; ++c) {
+    const glm::dvec3 ls(light.lsFromWorld[c]);
+    const double clipW = w.x * ls.x + w.y * ls.y;
+    crop[c] = {x.x * ls.x + x.y * ls.y, y.x * ls.x + y.y * ls.y, ls.z * perDepth + clipW * byW, clipW};
   }
+  crop[3] = {x.z, y.z, w.z * byW - centre * perDepth, w.z};
   if (eyeMinusOriginWs != glm::dvec3(0.0)) crop[3] -= crop * glm::dvec4(eyeMinusOriginWs, 0.0);  // w too
   return crop;
 }

@@ -14,7 +14,7 @@ int makeHull(const glm::dvec3* points, int count, glm::dvec2* hull) noexcept {
   for (int i = 0; i < count; ++i) {
     const glm::dvec2 p(points[i]);
     int j = i;
-    for (; j > 0 && (p.x < sorted[j - 1].x || (p.x == sorted[j - 1].x && p.y < sorted[j - 1].y)); --j) sorted[j] = sorted[j - 1];
+    for (; j > 0 && (p.x < sorted[j - 1].x || (p.x <= sorted[j - 1].x && p.y < sorted[j - 1].y)); --j) sorted[j] = sorted[j - 1];
     sorted[j] = p;
   }
   glm::dvec2 chain[kMaxHull + 1];

@@ -102,7 +102,7 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
   for (int i = 0; i < splits.count; ++i) {
     MapFit& fit = maps.fits[i];
     if (const int like = maps.footprints[i].like; like != i) {
-      fit = copyFit(maps.fits[like], maps.footprints[i]);
+      copyFit(maps.fits[like], maps.footprints[i], fit);
       maps.shapes[i] = maps.shapes[like];
     } else {
       fit = fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i]);
@@ -183,7 +183,7 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
         status != Status::ok)
       return status;
     extendToCasters(frame.scene.casters, region, light, fit);
-    clipFromWorld[m] = cropMatrix(frame, light, eyeMinusOrigin, fit);
+    cropMatrix(frame, light, eyeMinusOrigin, fit, clipFromWorld[m]);
     map.clipFromWorld = glm::mat4(clipFromWorld[m]);
     map.error = fit.isWarped ? certify(map.clipFromWorld, map.viewport, light, eyeMinusOrigin, maps.served[i])
                              : certify(texelSize(map.clipFromWorld, map.viewport, light.directionWs), maps.pixels[i]);

@@ -115,7 +115,9 @@ Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept {
   fit.depthNear -= room;
   fit.depthFar += room;
   extendToCasters(frame.scene.casters, region, light, fit);
-  const glm::dmat4 clip = glm::transpose(cropMatrix(frame, light, glm::dvec3(0.0), fit)), ls = glm::transpose(light.lsFromWorld);
+  glm::dmat4 clipFromWorld;
+  cropMatrix(frame, light, glm::dvec3(0.0), fit, clipFromWorld);
+  const glm::dmat4 clip = glm::transpose(clipFromWorld), ls = glm::transpose(light.lsFromWorld);
   const double margin = frame.margin.filter + frame.margin.normalOffset;
   constexpr double kDepthRounding = 2.0 / 8388608.0;  // as depthQuantum has it
   setup = {

@@ -101,19 +101,19 @@ Status makeLightSpace(const DirectionalLight& light, const Region& region, FitMo
 
 MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept {
   const double side = mode == FitMode::stable ? std::max(sliceDiameter(region, footprint.padded), pixel) : pixel;
-  MapFit fit{.s = {1.0, 0.0, 0.0},
-             .t = {0.0, 1.0, 0.0},
-             .w = {0.0, 0.0, 1.0},
-             .least = glm::dvec2(0.0),
-             .size = glm::dvec2(side),
-             .stretch = glm::dvec2(1.0),
-             .isWarped = false,
-             .needed = 0.0,
-             .aspect = 1.0,
-             .depthNear = footprint.depthNear,
-             .depthFar = footprint.depthFar,
-             .depthCentre = footprint.depthNear,
-             .depthLost = 0.0};
+  MapFit fit;
+  fit.s = {1.0, 0.0, 0.0};
+  fit.t = {0.0, 1.0, 0.0};
+  fit.w = {0.0, 0.0, 1.0};
+  fit.least = glm::dvec2(0.0);
+  fit.size = glm::dvec2(side);
+  fit.stretch = glm::dvec2(1.0);
+  fit.isWarped = false;
+  fit.needed = 0.0;
+  fit.aspect = 1.0;
+  fit.depthNear = fit.depthCentre = footprint.depthNear;
+  fit.depthFar = footprint.depthFar;
+  fit.depthLost = 0.0;
   if (footprint.count == 0) return fit;
   if (mode != FitMode::tight || footprint.count < 2) {  // a point has no edge
     fitAlong(footprint, {1.0, 0.0}, pixel, fit);

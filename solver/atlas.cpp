@@ -125,9 +125,12 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
   for (double scaled = texels;; scaled *= kStep) {
     bool isLeast = true;
     for (int i = 0; i < count; ++i) {
-      sizes[i] = !shares && i > 0 && fits[i].aspect == fits[i - 1].aspect ? sizes[i - 1] :
-          viewportSize(fits[i], std::max(shares ? std::max(scaled * count * wanted[i] / sum, std::min(side * side, scaled)) : scaled, 1.0),
-                       margin, mostMap);
+      sizes[i] =
+          !shares && i > 0 && fits[i].aspect == fits[i - 1].aspect
+              ? sizes[i - 1]
+              : viewportSize(fits[i],
+                             std::max(shares ? std::max(scaled * count * wanted[i] / sum, std::min(side * side, scaled)) : scaled, 1.0),
+                             margin, mostMap);
       isLeast &= sizes[i].x == 1 && sizes[i].y == 1;
     }
     atlas.reduced = scaled < texels;

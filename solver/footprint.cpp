@@ -252,6 +252,17 @@ struct ServedPoints {
   }
 };
 
+// What a wedge's map must hold is what it serves.
+struct WedgePoints {
+  Points& held;
+  ServedPoints served;
+
+  void add(const glm::dvec3& ls, double z) noexcept {
+    held.add(ls, z);
+    served.add(ls, z);
+  }
+};
+
 // Gives the part of a cell inside a slab to the points: where its edges enter and leave it.
 template <class Sink>
 void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept {
@@ -410,13 +421,19 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     footprint.reach = farthestReach(region, footprint.padded);
     if (served) served[s].count = 0;
   }
-  const auto slabOf = [&](int s, const DepthSpan& slice) {
-    return splits.isWedged ? DepthSpan{splits.wedges[s].start, splits.wedges[s].end} : slice;
-  };
   const auto addServed = [&](int s, const SeenCell& seen) {
     if (!served) return;
     ServedPoints points{region.pixelSlope, region.pixelBase, &served[s]};
-    addSlab(points, seen, slabOf(s, splits.slices[s]));
+    addSlab(points, seen, splits.slices[s]);
+  };
+  const auto addSlice = [&](int s, const SeenCell& seen, Points& points) {
+    if (splits.isWedged) {
+      WedgePoints both{points, {region.pixelSlope, region.pixelBase, &served[s]}};
+      addSlab(both, seen, {splits.wedges[s].start, splits.wedges[s].end});
+    } else {
+      addSlab(points, seen, padded[s]);
+      addServed(s, seen);
+    }
   };
   const auto keep = [&] {
     for (int s = 0; s < splits.count && !region.bounds.empty(); ++s) {
@@ -433,9 +450,8 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
         return;
       }
       points.clear();
-      addSlab(points, seen, slabOf(s, footprints[s].padded));
+      addSlice(s, seen, points);
       if (points.count == 0) return;
-      addServed(s, seen);
       points.finish(footprints[s]);
       if (mayCopy && !splits.isWedged) model = makeModel(s, seen, footprints[s].padded, copyTolerance(footprints[s]));
     });
@@ -443,10 +459,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     return;
   }
   Points points[kMaxPartitions];
-  forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
-    addSlab(points[s], seen, slabOf(s, footprints[s].padded));
-    addServed(s, seen);
-  });
+  forEachCell(region, light, splits, [&](int s, const SeenCell& seen) { addSlice(s, seen, points[s]); });
   for (int s = 0; s < splits.count; ++s)
     if (points[s].count > 0) points[s].finish(footprints[s]);
   keep();

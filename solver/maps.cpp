@@ -96,6 +96,7 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
 void refitMaps(const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings, MapFits& maps) noexcept {
   // Bounds of samples cut the rectangles; what a warp is certified over would lie outside of them, so maps are not warped there.
   const WarpSettings warp = region.bounds.empty() ? settings.warp : WarpSettings{};
+  const bool isWarping = maps.hasServed && warp.warp != Warp::none;
   const glm::dvec2 view(light.lsFromView[2]);
   const double length = std::sqrt(glm::dot(view, view));
   maps.neededTexels = 0.0;
@@ -103,7 +104,7 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
     MapFit& fit = maps.fits[i];
     if (const int like = maps.footprints[i].like; like != i) {
       copyFit(maps.fits[like], maps.footprints[i], fit);
-      maps.shapes[i] = maps.shapes[like];
+      if (isWarping) maps.shapes[i] = maps.shapes[like];
     } else {
       fit = fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i]);
       if (settings.rectangles) {
@@ -111,14 +112,16 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
         fit.size = settings.rectangles[i].size;
         fit.needed = fit.size.x * fit.size.y / (maps.pixels[i] * maps.pixels[i]);
       }
-      const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
-      WarpHint before;
-      const WarpHint* hint = settings.hints ? &settings.hints[i] : nullptr;
-      if (!hint && maps.hasServed && settings.chained > 0 && i > 0 && (maps.fits[i - 1].isWarped || i > 1)) {
-        before = hintOf(maps, maps.footprints[i - 1].like, settings.chained);
-        hint = &before;
+      if (isWarping) {
+        const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
+        WarpHint before;
+        const WarpHint* hint = settings.hints ? &settings.hints[i] : nullptr;
+        if (!hint && settings.chained > 0 && i > 0 && (maps.fits[i - 1].isWarped || i > 1)) {
+          before = hintOf(maps, maps.footprints[i - 1].like, settings.chained);
+          hint = &before;
+        }
+        maps.shapes[i] = warpFit(warp, light, maps.footprints[i], maps.served[i], axis, fit, hint);
       }
-      if (maps.hasServed) maps.shapes[i] = warpFit(warp, light, maps.footprints[i], maps.served[i], axis, fit, hint);
     }
     maps.neededTexels += fit.needed;
   }

@@ -52,8 +52,9 @@ struct Served {
   double pixels[kMaxHull];  // w_i there, world units
 };
 
-// Gathers the slices' footprints, each slice padded by the depth quantum and the blend band and cut to where its samples lie, and where `served` is not null the vertices
-// that each serves. One of each for each slice. mayCopy: false where every hull must be its own.
+// Gathers the slices' footprints, each slice padded by the depth quantum and the blend band and cut to where its samples lie, and where
+// `served` is not null, which it must not be for wedges, the vertices that each serves. One of each for each slice. mayCopy: false where
+// every hull must be its own.
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
                     bool mayCopy, Footprint* footprints, Served* served) noexcept;
 

@@ -17,19 +17,21 @@ int makeHull(const glm::dvec3* points, int count, glm::dvec2* hull) noexcept {
     for (; j > 0 && (p.x < sorted[j - 1].x || (p.x <= sorted[j - 1].x && p.y < sorted[j - 1].y)); --j) sorted[j] = sorted[j - 1];
     sorted[j] = p;
   }
-  glm::dvec2 chain[kMaxHull + 1];
   int size = 0;
-  const auto extend = [&](const glm::dvec2& p, int least) {
-    while (size >= least && !(cross2(chain[size - 1] - chain[size - 2], p - chain[size - 2]) > 0.0)) --size;
-    chain[size++] = p;
+  const auto turnTo = [&](const glm::dvec2& p, int least) {
+    while (size >= least && !(cross2(hull[size - 1] - hull[size - 2], p - hull[size - 2]) > 0.0)) --size;
   };
-  for (int i = 0; i < count; ++i) extend(sorted[i], 2);
+  for (int i = 0; i < count; ++i) {
+    turnTo(sorted[i], 2);
+    hull[size++] = sorted[i];
+  }
   const int lower = size;
-  for (int i = count - 2; i >= 0; --i) extend(sorted[i], lower + 1);
-  if (size > 1) --size;  // the first point again
-  if (size == 2 && chain[0] == chain[1]) size = 1;
-  std::copy_n(chain, size, hull);
-  return size;
+  for (int i = count - 2; i > 0; --i) {
+    turnTo(sorted[i], lower + 1);
+    hull[size++] = sorted[i];
+  }
+  if (count > 1) turnTo(sorted[0], lower + 1);  // where the chain began
+  return size == 2 && hull[0] == hull[1] ? 1 : size;
 }
 
 // Makes a convex polygon of at most `most` vertices around one of more: edge by edge where it adds the least area, the neighbours of an

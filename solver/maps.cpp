@@ -170,6 +170,7 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
   Splits made;
   made.isWedged = splits.isWedged;
   if (splits.rows.count > 0) made.rows = splits.rows;
+  // Stage after stage, so that maps wait for their own roots and divisions, not for one another's.
   for (int i = 0; i < splits.count; ++i) {
     made.rows.cells[i] = maps.footprints[i].count == 0 ? -1 : made.count;
     if (maps.footprints[i].count == 0) continue;
@@ -187,17 +188,29 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
       return status;
     extendToCasters(frame.scene.casters, region, light, fit);
     cropMatrix(frame, light, eyeMinusOrigin, fit, clipFromWorld[m]);
+  }
+  for (int i = 0; i < splits.count; ++i) {
+    const int m = made.rows.cells[i];
+    if (m < 0) continue;
+    Partition& map = solution.partitions[m];
     map.clipFromWorld = glm::mat4(clipFromWorld[m]);
-    map.error = fit.isWarped ? certify(map.clipFromWorld, map.viewport, light, eyeMinusOrigin, maps.served[i])
-                             : certify(texelSize(map.clipFromWorld, map.viewport, light.directionWs), maps.pixels[i]);
+    map.error = maps.fits[i].isWarped ? certify(map.clipFromWorld, map.viewport, light, eyeMinusOrigin, maps.served[i])
+                                      : certify(texelSize(map.clipFromWorld, map.viewport, light.directionWs), maps.pixels[i]);
+    solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
+    solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;
+  }
+  for (int i = 0; i < splits.count; ++i) {
+    const int m = made.rows.cells[i];
+    if (m < 0) continue;
+    Partition& map = solution.partitions[m];
+    const MapFit& fit = maps.fits[i];
+    const Footprint& footprint = maps.footprints[i];
     map.warp = fit.isWarped ? settings.warp.warp : Warp::none;
     map.planeCount = splits.isWedged ? writePlanes(region, splits.wedges[i], map.planes) : 0;
     const double texel = std::max(fit.stretch.x * fit.size.x / map.viewport.z, fit.stretch.y * fit.size.y / map.viewport.w);
     const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset) + region.unevenness + frame.margin.motion[m];
-    if (maps.footprints[i].like == i) makeSides(region, light, maps.footprints[i], cullShape);
-    map.cullPlaneCount = makeCullPlanes(cullShape, maps.footprints[i], grow, map.cullPlanes);
-    solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
-    solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;
+    if (footprint.like == i) makeSides(region, light, footprint, cullShape);
+    map.cullPlaneCount = makeCullPlanes(cullShape, footprint, grow, map.cullPlanes);
   }
   if (made.count == 0) {
     clearBlock(solution.block);

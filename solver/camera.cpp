@@ -19,7 +19,6 @@ Camera make(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm
   return camera;
 }
 
-// Columns: right, up, forward.
 }  // namespace
 
 Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double fovY, double aspect,
@@ -166,19 +165,12 @@ Status validate(const Camera& camera, double& value) noexcept {
   return Status::ok;
 }
 
-double shadowFar(const Camera& camera) noexcept { return std::min(camera.far, camera.shadowDistance); }
-
 double viewDepthAt(const Camera& camera, double windowDepth) noexcept {
   const double n = camera.near, f = camera.far, d = windowDepth;
   const bool isReversed = camera.depth == DepthConvention::reversedZeroToOne;
   const double fromNear = isReversed ? 1.0 - d : d, fromFar = isReversed ? d : 1.0 - d;  // d itself: reversed depth is fine near 0
   if (camera.projection == Projection::orthographic) return n * fromFar + f * fromNear;
   return 1.0 / (fromFar / n + fromNear / f);  // 1 / z is linear in window depth
-}
-
-double pixelWidth(const Camera& camera, const ImageSize& image, double viewDepth) noexcept {
-  const double height = (camera.down + camera.up) / image.height;
-  return camera.projection == Projection::orthographic ? height : viewDepth * height;
 }
 
 }  // namespace gnomon

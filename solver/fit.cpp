@@ -99,9 +99,8 @@ Status makeLightSpace(const DirectionalLight& light, const Region& region, FitMo
   return Status::ok;
 }
 
-MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept {
+void fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel, MapFit& fit) noexcept {
   const double side = mode == FitMode::stable ? std::max(sliceDiameter(region, footprint.padded), pixel) : pixel;
-  MapFit fit;
   fit.s = {1.0, 0.0, 0.0};
   fit.t = {0.0, 1.0, 0.0};
   fit.w = {0.0, 0.0, 1.0};
@@ -114,7 +113,7 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
   fit.depthNear = fit.depthCentre = footprint.depthNear;
   fit.depthFar = footprint.depthFar;
   fit.depthLost = 0.0;
-  if (footprint.count == 0) return fit;
+  if (footprint.count == 0) return;
   if (mode != FitMode::tight || footprint.count < 2) {  // a point has no edge
     fitAlong(footprint, {1.0, 0.0}, pixel, fit);
     if (mode == FitMode::stable) fit.size = glm::dvec2(side);
@@ -124,7 +123,6 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
   }
   fit.needed = fit.size.x * fit.size.y / (pixel * pixel);
   if (mode == FitMode::tight) fit.aspect = fit.size.x / fit.size.y;
-  return fit;
 }
 
 void copyFit(const MapFit& fit, const Footprint& footprint, MapFit& copy) noexcept {

@@ -346,12 +346,10 @@ void cutToBounds(const Region& region, const LightSpace& light, const DepthSpan&
   }
 }
 
-// Distance from the eye to the farthest corner of a view slice.
-double farthestReach(const Region& region, const DepthSpan& slab) noexcept {
-  const Camera& camera = region.camera;
-  const double z = std::max(std::abs(slab.near), std::abs(slab.far)), k = camera.projection == Projection::perspective ? z : 1.0;
-  const double x = k * std::max(std::abs(camera.left), std::abs(camera.right)),
-               y = k * std::max(std::abs(camera.down), std::abs(camera.up));
+// Distance from the eye to the farthest corner of a view slice. sides: the farther of the camera's left and right, and of down and up.
+double farthestReach(const Region& region, const glm::dvec2& sides, const DepthSpan& slab) noexcept {
+  const double z = std::max(std::abs(slab.near), std::abs(slab.far)), k = region.camera.projection == Projection::perspective ? z : 1.0;
+  const double x = k * sides.x, y = k * sides.y;
   return std::min(std::sqrt(x * x + y * y + z * z), region.reach);
 }
 
@@ -412,6 +410,8 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
                     bool mayCopy, Footprint* footprints, Served* served) noexcept {
   DepthSpan padded[kMaxPartitions];
   padSlices(region, splits, margin, byViewDepth, padded);
+  const Camera& camera = region.camera;
+  const glm::dvec2 sides(std::max(std::abs(camera.left), std::abs(camera.right)), std::max(std::abs(camera.down), std::abs(camera.up)));
   for (int s = 0; s < splits.count; ++s) {
     Footprint& footprint = footprints[s];
     footprint.count = 0;
@@ -420,7 +420,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     footprint.like = s;
     footprint.scale = 1.0;
     footprint.apart = 0.0;
-    footprint.reach = farthestReach(region, footprint.padded);
+    footprint.reach = farthestReach(region, sides, footprint.padded);
     if (served) served[s].count = 0;
   }
   const auto addServed = [&](int s, const SeenCell& seen) {

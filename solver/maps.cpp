@@ -97,8 +97,6 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
   // Bounds of samples cut the rectangles; what a warp is certified over would lie outside of them, so maps are not warped there.
   const WarpSettings warp = region.bounds.empty() ? settings.warp : WarpSettings{};
   const bool isWarping = maps.hasServed && warp.warp != Warp::none;
-  const glm::dvec2 view(light.lsFromView[2]);
-  const double length = std::sqrt(glm::dot(view, view));
   maps.neededTexels = 0.0;
   for (int i = 0; i < splits.count; ++i) {
     MapFit& fit = maps.fits[i];
@@ -106,13 +104,15 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
       copyFit(maps.fits[like], maps.footprints[i], fit);
       if (isWarping) maps.shapes[i] = maps.shapes[like];
     } else {
-      fit = fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i]);
+      fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i], fit);
       if (settings.rectangles) {
         fit.least = settings.rectangles[i].least;
         fit.size = settings.rectangles[i].size;
         fit.needed = fit.size.x * fit.size.y / (maps.pixels[i] * maps.pixels[i]);
       }
       if (isWarping) {
+        const glm::dvec2 view(light.lsFromView[2]);
+        const double length = std::sqrt(glm::dot(view, view));
         const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
         WarpHint before;
         const WarpHint* hint = settings.hints ? &settings.hints[i] : nullptr;
@@ -171,10 +171,12 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
   made.isWedged = splits.isWedged;
   if (splits.rows.count > 0) made.rows = splits.rows;
   // Stage after stage, so that maps wait for their own roots and divisions, not for one another's.
+  int sliceOf[kMaxPartitions];
   for (int i = 0; i < splits.count; ++i) {
     made.rows.cells[i] = maps.footprints[i].count == 0 ? -1 : made.count;
     if (maps.footprints[i].count == 0) continue;
     const int m = made.count++;
+    sliceOf[m] = i;
     Partition& map = solution.partitions[m];
     MapFit& fit = maps.fits[i];
     made.slices[m] = splits.slices[i];
@@ -189,9 +191,8 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     extendToCasters(frame.scene.casters, region, light, fit);
     cropMatrix(frame, light, eyeMinusOrigin, fit, clipFromWorld[m]);
   }
-  for (int i = 0; i < splits.count; ++i) {
-    const int m = made.rows.cells[i];
-    if (m < 0) continue;
+  for (int m = 0; m < made.count; ++m) {
+    const int i = sliceOf[m];
     Partition& map = solution.partitions[m];
     map.clipFromWorld = glm::mat4(clipFromWorld[m]);
     map.error = maps.fits[i].isWarped ? certify(map.clipFromWorld, map.viewport, light, eyeMinusOrigin, maps.served[i])
@@ -199,9 +200,8 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
     solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;
   }
-  for (int i = 0; i < splits.count; ++i) {
-    const int m = made.rows.cells[i];
-    if (m < 0) continue;
+  for (int m = 0; m < made.count; ++m) {
+    const int i = sliceOf[m];
     Partition& map = solution.partitions[m];
     const MapFit& fit = maps.fits[i];
     const Footprint& footprint = maps.footprints[i];

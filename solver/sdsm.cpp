@@ -109,7 +109,8 @@ Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept {
   all.slices[0] = {region.near, region.far};
   Footprint footprint;
   makeFootprints(region, light, all, {}, true, false, &footprint, nullptr);
-  MapFit fit = fitSlice(region, footprint, FitMode::slice, region.pixelSlope * region.near + region.pixelBase);
+  MapFit fit;
+  fitSlice(region, footprint, FitMode::slice, region.pixelSlope * region.near + region.pixelBase, fit);
   constexpr double kRounding = 1.5 / 1048576.0;  // of bounds and of the matrix: float32 products of a few factors
   const double room = kRounding * footprint.reach;
   fit.depthNear -= room;

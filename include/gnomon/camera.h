@@ -43,7 +43,7 @@ void enclose(std::span<const Camera> cameras, const Camera& axis, glm::dvec3 (&c
 [[nodiscard]] Status validate(const Camera& camera, double& value) noexcept;
 
 // The view depth where the shadowed range ends: the far plane or the shadow distance, whichever is nearer.
-[[nodiscard]] double shadowFar(const Camera& camera) noexcept;
+[[nodiscard]] inline double shadowFar(const Camera& camera) noexcept { return std::min(camera.far, camera.shadowDistance); }
 
 // gl_FragCoord.z at a view depth > 0 (any, if orthographic): 0 to 1, from 1 to 0 for reversed depth.  [Zhang 2006, eq. 8 corrected]
 [[nodiscard]] inline double windowDepth(const Camera& camera, double viewDepth) noexcept {
@@ -79,6 +79,9 @@ void enclose(std::span<const Camera> cameras, const Camera& axis, glm::dvec3 (&c
 }
 
 // The width of a pixel at a view depth, w_i, world units.  [Lloyd 2006, eq. 2 corrected: the length, without 1/n]
-[[nodiscard]] double pixelWidth(const Camera& camera, const ImageSize& image, double viewDepth) noexcept;
+[[nodiscard]] inline double pixelWidth(const Camera& camera, const ImageSize& image, double viewDepth) noexcept {
+  const double height = (camera.down + camera.up) / image.height;
+  return camera.projection == Projection::orthographic ? height : viewDepth * height;
+}
 
 }  // namespace gnomon

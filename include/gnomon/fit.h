@@ -43,7 +43,7 @@ struct MapFit {
 };
 
 // The rectangle for a slice. pixel: w_i at its near end, the least side a map needs.
-[[nodiscard]] MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept;
+void fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel, MapFit& fit) noexcept;
 
 // The fit of a footprint that is a copy of another, from the other's.
 void copyFit(const MapFit& fit, const Footprint& footprint, MapFit& copy) noexcept;

@@ -125,12 +125,13 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
   for (double scaled = texels;; scaled *= kStep) {
     bool isLeast = true;
     for (int i = 0; i < count; ++i) {
+      if (!shares && i > 0 && fits[i].aspect == fits[i - 1].aspect) {
+        sizes[i] = sizes[i - 1];
+        continue;
+      }
       sizes[i] =
-          !shares && i > 0 && fits[i].aspect == fits[i - 1].aspect
-              ? sizes[i - 1]
-              : viewportSize(fits[i],
-                             std::max(shares ? std::max(scaled * count * wanted[i] / sum, std::min(side * side, scaled)) : scaled, 1.0),
-                             margin, mostMap);
+          viewportSize(fits[i], std::max(shares ? std::max(scaled * count * wanted[i] / sum, std::min(side * side, scaled)) : scaled, 1.0),
+                       margin, mostMap);
       isLeast &= sizes[i].x == 1 && sizes[i].y == 1;
     }
     atlas.reduced = scaled < texels;

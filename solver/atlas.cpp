@@ -115,8 +115,8 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
   // Shares below what the margins need are raised to it, all others give way: a map that needs no texel to speak of must not refuse the frame.
   double wanted[kMaxPartitions], sum = 0.0;
   const double side = leastSide(margin);
-  for (int i = 0; i < count; ++i) {
-    wanted[i] = shares ? std::max(shares[i], side * side / (texels * count)) : 1.0 / count;
+  for (int i = 0; shares && i < count; ++i) {
+    wanted[i] = std::max(shares[i], side * side / (texels * count));
     sum += wanted[i];
   }
   glm::ivec2 sizes[kMaxPartitions];
@@ -125,6 +125,10 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
   for (double scaled = texels;; scaled *= kStep) {
     bool isLeast = true;
     for (int i = 0; i < count; ++i) {
+      if (!shares && i > 0 && fits[i].aspect == fits[i - 1].aspect) {
+        sizes[i] = sizes[i - 1];
+        continue;
+      }
       sizes[i] =
           viewportSize(fits[i], std::max(shares ? std::max(scaled * count * wanted[i] / sum, std::min(side * side, scaled)) : scaled, 1.0),
                        margin, mostMap);

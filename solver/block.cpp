@@ -50,11 +50,11 @@ constexpr float kNever = 3e38f;  // a start that no depth reaches
 
 bool isFiniteMatrix(const mat4& m) noexcept { return (m[0] + m[1]) * 0.0f + (m[2] + m[3]) * 0.0f == vec4(0.0f); }
 
-// Rounding of a window depth, as depthQuantum has it, in window depth itself.
-double windowQuantum(const Camera& camera, double viewDepth) noexcept {
+// Rounding of the window depth of a view depth, as depthQuantum has it, in window depth itself.
+double windowQuantum(const Camera& camera, double viewDepth, double window) noexcept {
   const double step = depthQuantum(camera, viewDepth);
   const double inner = camera.projection == Projection::perspective ? std::max(viewDepth - step, viewDepth / 2.0) : viewDepth - step;
-  return std::abs(windowDepth(camera, viewDepth) - windowDepth(camera, inner));
+  return std::abs(window - windowDepth(camera, inner));
 }
 
 // What a slice serves. Where no partition adjoins, the interval is widened by what float32 depth may confuse: half-open ends need a
@@ -69,11 +69,16 @@ void writeInterval(const Splits& slices, int i, int count, const Camera& camera,
   const double before = hasGap ? (slices.slices[i - 1].far + slice.near) / 2.0 : -kInfinity;
   const double viewNear = hasBefore ? slice.near : std::max(slice.near - viewQuantum(camera, slice.near), before);
   const double viewFar = hasAfter ? slice.far : slice.far + viewQuantum(camera, slice.far);
-  const double windowFar = windowDepth(camera, slice.far) * sign + (hasAfter ? 0.0 : windowQuantum(camera, slice.far));
+  const double atFar = windowDepth(camera, slice.far);
+  const double windowFar = atFar * sign + (hasAfter ? 0.0 : windowQuantum(camera, slice.far, atFar));
   const double windowBefore = hasGap ? windowDepth(camera, before) * sign : -kInfinity;
-  const float windowNear =
-      hasBefore ? block.partitions[i - 1].interval.w
-                : static_cast<float>(std::max(windowDepth(camera, slice.near) * sign - windowQuantum(camera, slice.near), windowBefore));
+  float windowNear = 0.0f;
+  if (hasBefore) {
+    windowNear = block.partitions[i - 1].interval.w;
+  } else {
+    const double atNear = windowDepth(camera, slice.near);
+    windowNear = static_cast<float>(std::max(atNear * sign - windowQuantum(camera, slice.near, atNear), windowBefore));
+  }
   out.interval = vec4(glm::vec2(glm::dvec2(viewNear, viewFar)), windowNear, static_cast<float>(windowFar));
   block.viewStart[i / 4][i % 4] = out.interval.x;
   block.windowStart[i / 4][i % 4] = windowNear;

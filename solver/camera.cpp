@@ -5,8 +5,6 @@
 namespace gnomon {
 namespace {
 
-constexpr double kFloatUlp = 1.0 / 8388608.0;  // 2^-23: relative spacing of float32
-
 Camera make(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, Projection projection, double halfHeight,
             double aspect, double near, double far) noexcept {
   Camera camera;
@@ -21,7 +19,6 @@ Camera make(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm
   return camera;
 }
 
-// Columns: right, up, forward.
 }  // namespace
 
 Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double fovY, double aspect,
@@ -168,46 +165,12 @@ Status validate(const Camera& camera, double& value) noexcept {
   return Status::ok;
 }
 
-double shadowFar(const Camera& camera) noexcept { return std::min(camera.far, camera.shadowDistance); }
-
-double windowDepth(const Camera& camera, double viewDepth) noexcept {
-  const double n = camera.near, f = camera.far, z = viewDepth;
-  const bool isReversed = camera.depth == DepthConvention::reversedZeroToOne;
-  // gl_FragCoord.z is window depth: negativeOneToOne and zeroToOne have the same.
-  if (camera.projection == Projection::orthographic) return isReversed ? (f - z) / (f - n) : (z - n) / (f - n);
-  if (!std::isfinite(f)) return isReversed ? n / z : 1.0 - n / z;
-  return isReversed ? n / (f - n) * ((f - z) / z) : f / (f - n) * ((z - n) / z);  // [Zhang 2006, eq. 8 corrected]
-}
-
 double viewDepthAt(const Camera& camera, double windowDepth) noexcept {
   const double n = camera.near, f = camera.far, d = windowDepth;
   const bool isReversed = camera.depth == DepthConvention::reversedZeroToOne;
   const double fromNear = isReversed ? 1.0 - d : d, fromFar = isReversed ? d : 1.0 - d;  // d itself: reversed depth is fine near 0
   if (camera.projection == Projection::orthographic) return n * fromFar + f * fromNear;
   return 1.0 / (fromFar / n + fromNear / f);  // 1 / z is linear in window depth
-}
-
-double depthQuantum(const Camera& camera, double viewDepth) noexcept {
-  // Clip z and w are each rounded in the vertex stage, then interpolated and divided: two units in the last place of the
-  // largest term. Reversed depth has terms as small as the depth itself, so that the quantum is as small a share of z everywhere.
-  constexpr double kRounding = 2.0 * kFloatUlp;
-  const double n = camera.near, f = camera.far, z = viewDepth;
-  if (camera.projection == Projection::orthographic) return kRounding * (f - n);
-  if (camera.depth == DepthConvention::reversedZeroToOne) return kRounding * z;
-  return kRounding * z * (z * ((1.0 - n / f) / n));  // |d window / d z| = n f / ((f - n) z^2)
-}
-
-double viewQuantum(const Camera& camera, double viewDepth) noexcept {
-  // A dot product of float32 terms as large as the distance from the eye.
-  const double widest =
-      std::max(std::max(std::abs(camera.left), std::abs(camera.right)), std::max(std::abs(camera.down), std::abs(camera.up)));
-  const double reach = camera.projection == Projection::perspective ? std::abs(viewDepth) * (1.0 + widest) : std::abs(viewDepth) + widest;
-  return 4.0 * kFloatUlp * reach;
-}
-
-double pixelWidth(const Camera& camera, const ImageSize& image, double viewDepth) noexcept {
-  const double height = (camera.down + camera.up) / image.height;
-  return camera.projection == Projection::orthographic ? height : viewDepth * height;
 }
 
 }  // namespace gnomon

@@ -99,22 +99,21 @@ Status makeLightSpace(const DirectionalLight& light, const Region& region, FitMo
   return Status::ok;
 }
 
-MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept {
+void fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel, MapFit& fit) noexcept {
   const double side = mode == FitMode::stable ? std::max(sliceDiameter(region, footprint.padded), pixel) : pixel;
-  MapFit fit{.s = {1.0, 0.0, 0.0},
-             .t = {0.0, 1.0, 0.0},
-             .w = {0.0, 0.0, 1.0},
-             .least = glm::dvec2(0.0),
-             .size = glm::dvec2(side),
-             .stretch = glm::dvec2(1.0),
-             .isWarped = false,
-             .needed = 0.0,
-             .aspect = 1.0,
-             .depthNear = footprint.depthNear,
-             .depthFar = footprint.depthFar,
-             .depthCentre = footprint.depthNear,
-             .depthLost = 0.0};
-  if (footprint.count == 0) return fit;
+  fit.s = {1.0, 0.0, 0.0};
+  fit.t = {0.0, 1.0, 0.0};
+  fit.w = {0.0, 0.0, 1.0};
+  fit.least = glm::dvec2(0.0);
+  fit.size = glm::dvec2(side);
+  fit.stretch = glm::dvec2(1.0);
+  fit.isWarped = false;
+  fit.needed = 0.0;
+  fit.aspect = 1.0;
+  fit.depthNear = fit.depthCentre = footprint.depthNear;
+  fit.depthFar = footprint.depthFar;
+  fit.depthLost = 0.0;
+  if (footprint.count == 0) return;
   if (mode != FitMode::tight || footprint.count < 2) {  // a point has no edge
     fitAlong(footprint, {1.0, 0.0}, pixel, fit);
     if (mode == FitMode::stable) fit.size = glm::dvec2(side);
@@ -124,11 +123,10 @@ MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, 
   }
   fit.needed = fit.size.x * fit.size.y / (pixel * pixel);
   if (mode == FitMode::tight) fit.aspect = fit.size.x / fit.size.y;
-  return fit;
 }
 
-MapFit copyFit(const MapFit& fit, const Footprint& footprint) noexcept {
-  MapFit copy = fit;
+void copyFit(const MapFit& fit, const Footprint& footprint, MapFit& copy) noexcept {
+  copy = fit;
   if (fit.isWarped) {
     copy.s.z *= footprint.scale;
     copy.t.z *= footprint.scale;
@@ -144,7 +142,6 @@ MapFit copyFit(const MapFit& fit, const Footprint& footprint) noexcept {
   copy.size = fit.size * footprint.scale + 2.0 * room;
   copy.depthNear = footprint.depthNear;
   copy.depthFar = footprint.depthFar;
-  return copy;
 }
 
 glm::dvec2 unitsPerWorld(const MapFit& fit) noexcept {
@@ -164,13 +161,13 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   const double worldReach = frame.worldSpace ? footprint.reach + std::sqrt(glm::dot(region.eyeWs, region.eyeWs)) : 0.0;
   const double reach = std::max(footprint.reach, worldReach);
   glm::dvec2 rounding(kFloatRounding * reach);
-  double lostOfW = 0.0;  // at most, where w is 1
   if (fit.isWarped) {
     const auto sizeOf = [&](const glm::dvec3& row) { return std::sqrt(row.x * row.x + row.y * row.y) * reach + std::abs(row.z); };
     const glm::dvec2 farthest = glm::max(glm::abs(fit.least), glm::abs(fit.least + fit.size));
-    lostOfW = kFloatRounding * sizeOf(fit.w);
+    const double lostOfW = kFloatRounding * sizeOf(fit.w);  // at most, where w is 1
     if (!(lostOfW < 0.5)) return frame.worldSpace ? Status::worldSpacePrecision : Status::floatRange;
     rounding = (kFloatRounding * glm::dvec2(sizeOf(fit.s), sizeOf(fit.t)) + farthest * lostOfW) / (1.0 - lostOfW);
+    fit.depthLost = lostOfW / (1.0 - lostOfW);  // stored depth is over w
   }
   if (region.unevenness > 0.0) rounding += region.unevenness * unitsPerWorld(fit);
   glm::dvec2 texel;
@@ -197,7 +194,6 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   }
   fit.size = texel * texels;
   const glm::dvec2 edge = texel * fit.stretch;
-  fit.depthLost = lostOfW / (1.0 - lostOfW);  // stored depth is over w
   const double room =
       kFloatRounding * reach + fit.depthLost * (fit.depthFar - fit.depthNear) + region.unevenness + margin * std::max(edge.x, edge.y);
   fit.depthNear -= room;
@@ -207,9 +203,10 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
     fit.depthNear -= (leastThickness - thickness) / 2.0;
     fit.depthFar += (leastThickness - thickness) / 2.0;
   }
+  if (!frame.worldSpace) return Status::ok;
   constexpr double kTenth = 0.1;  // of a texel
   const glm::dvec2 lost = rounding / texel;
-  if (frame.worldSpace && std::max(lost.x, lost.y) / 4.0 > kTenth) {
+  if (std::max(lost.x, lost.y) / 4.0 > kTenth) {
     if (isSnapped) return Status::stableWorldSpace;
     warnings |= static_cast<std::uint32_t>(Warning::worldSpacePrecision);
     if (rounding.x * 4.0 > fit.size.x || rounding.y * 4.0 > fit.size.y) return Status::worldSpacePrecision;
@@ -217,7 +214,8 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   return Status::ok;
 }
 
-glm::dmat4 cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& eyeMinusOriginWs, const MapFit& fit) noexcept {
+void cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& eyeMinusOriginWs, const MapFit& fit,
+                glm::dmat4& clipFromWorld) noexcept {
   const glm::dvec2 scale = 2.0 / fit.size;
   const double flip = frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0;
   // Rows over (x, y, 1) of light space.
@@ -230,15 +228,14 @@ glm::dmat4 cropMatrix(const Frame& frame, const LightSpace& light, const glm::dv
   if (frame.shadowMap.depth == DepthConvention::negativeOneToOne) perDepth *= 2.0, byW = -1.0;
   if (frame.shadowMap.depth == DepthConvention::reversedZeroToOne) perDepth *= -1.0, byW = 1.0;
   byW += (centre - fit.depthNear) * perDepth;
-  glm::dmat4 crop;  // from world - eye
-  for (int c = 0; c < 4; ++c) {
-    const glm::dvec4& ls = light.lsFromWorld[c];
-    const auto over = [&](const glm::dvec3& row) { return row.x * ls.x + row.y * ls.y + row.z * ls.w; };
-    const double clipW = over(w);
-    crop[c] = {over(x), over(y), (ls.z - ls.w * centre) * perDepth + clipW * byW, clipW};
+  // From world - eye, where a directional light's space begins and which it takes without perspective.
+  for (int c = 0; c < 3; ++c) {
+    const glm::dvec3 ls(light.lsFromWorld[c]);
+    const double clipW = w.x * ls.x + w.y * ls.y;
+    clipFromWorld[c] = {x.x * ls.x + x.y * ls.y, y.x * ls.x + y.y * ls.y, ls.z * perDepth + clipW * byW, clipW};
   }
-  if (eyeMinusOriginWs != glm::dvec3(0.0)) crop[3] -= crop * glm::dvec4(eyeMinusOriginWs, 0.0);  // w too
-  return crop;
+  clipFromWorld[3] = {x.z, y.z, w.z * byW - centre * perDepth, w.z};
+  if (eyeMinusOriginWs != glm::dvec3(0.0)) clipFromWorld[3] -= clipFromWorld * glm::dvec4(eyeMinusOriginWs, 0.0);  // w too
 }
 
 }  // namespace gnomon

@@ -14,21 +14,27 @@ int makeHull(const glm::dvec3* points, int count, glm::dvec2* hull) noexcept {
   for (int i = 0; i < count; ++i) {
     const glm::dvec2 p(points[i]);
     int j = i;
-    for (; j > 0 && (p.x < sorted[j - 1].x || (p.x == sorted[j - 1].x && p.y < sorted[j - 1].y)); --j) sorted[j] = sorted[j - 1];
+    for (; j > 0 && (p.x < sorted[j - 1].x || (p.x <= sorted[j - 1].x && p.y < sorted[j - 1].y)); --j) sorted[j] = sorted[j - 1];
     sorted[j] = p;
   }
-  glm::dvec2 chain[kMaxHull + 1];
+  glm::dvec2 chain[2 * kMaxHull];  // points below come and go on the way back
   int size = 0;
-  const auto extend = [&](const glm::dvec2& p, int least) {
-    // From the last vertex: exact for points that rounding alone tells apart, whose turn would be any otherwise.
+  // From the last vertex: exact for points that rounding alone tells apart, whose turn would be any otherwise.
+  const auto turnTo = [&](const glm::dvec2& p, int least) {
     while (size >= least && !(cross2(chain[size - 1] - chain[size - 2], p - chain[size - 1]) > 0.0)) --size;
-    chain[size++] = p;
   };
-  for (int i = 0; i < count; ++i) extend(sorted[i], 2);
+  for (int i = 0; i < count; ++i) {
+    turnTo(sorted[i], 2);
+    chain[size++] = sorted[i];
+  }
   const int lower = size;
-  for (int i = count - 2; i >= 0; --i) extend(sorted[i], lower + 1);
-  if (size > 1) --size;  // the first point again
+  for (int i = count - 2; i > 0; --i) {
+    turnTo(sorted[i], lower + 1);
+    chain[size++] = sorted[i];
+  }
+  if (count > 1) turnTo(sorted[0], lower + 1);  // where the chain began
   if (size == 2 && chain[0] == chain[1]) size = 1;
+  size = std::min(size, kMaxHull);
   std::copy_n(chain, size, hull);
   return size;
 }
@@ -253,6 +259,17 @@ struct ServedPoints {
   }
 };
 
+// What a wedge's map must hold is what it serves.
+struct WedgePoints {
+  Points& held;
+  ServedPoints served;
+
+  void add(const glm::dvec3& ls, double z) noexcept {
+    held.add(ls, z);
+    served.add(ls, z);
+  }
+};
+
 // Gives the part of a cell inside a slab to the points: where its edges enter and leave it.
 template <class Sink>
 void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept {
@@ -334,12 +351,10 @@ void cutToBounds(const Region& region, const LightSpace& light, const DepthSpan&
   }
 }
 
-// Distance from the eye to the farthest corner of a view slice.
-double farthestReach(const Region& region, const DepthSpan& slab) noexcept {
-  const Camera& camera = region.camera;
-  const double z = std::max(std::abs(slab.near), std::abs(slab.far)), k = camera.projection == Projection::perspective ? z : 1.0;
-  const double x = k * std::max(std::abs(camera.left), std::abs(camera.right)),
-               y = k * std::max(std::abs(camera.down), std::abs(camera.up));
+// Distance from the eye to the farthest corner of a view slice. sides: the farther of the camera's left and right, and of down and up.
+double farthestReach(const Region& region, const glm::dvec2& sides, const DepthSpan& slab) noexcept {
+  const double z = std::max(std::abs(slab.near), std::abs(slab.far)), k = region.camera.projection == Projection::perspective ? z : 1.0;
+  const double x = k * sides.x, y = k * sides.y;
   return std::min(std::sqrt(x * x + y * y + z * z), region.reach);
 }
 
@@ -400,6 +415,8 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
                     bool mayCopy, Footprint* footprints, Served* served) noexcept {
   DepthSpan padded[kMaxPartitions];
   padSlices(region, splits, margin, byViewDepth, padded);
+  const Camera& camera = region.camera;
+  const glm::dvec2 sides(std::max(std::abs(camera.left), std::abs(camera.right)), std::max(std::abs(camera.down), std::abs(camera.up)));
   for (int s = 0; s < splits.count; ++s) {
     Footprint& footprint = footprints[s];
     footprint.count = 0;
@@ -408,16 +425,22 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     footprint.like = s;
     footprint.scale = 1.0;
     footprint.apart = 0.0;
-    footprint.reach = farthestReach(region, footprint.padded);
+    footprint.reach = farthestReach(region, sides, footprint.padded);
     if (served) served[s].count = 0;
   }
-  const auto slabOf = [&](int s, const DepthSpan& slice) {
-    return splits.isWedged ? DepthSpan{splits.wedges[s].start, splits.wedges[s].end} : slice;
-  };
   const auto addServed = [&](int s, const SeenCell& seen) {
     if (!served) return;
     ServedPoints points{region.pixelSlope, region.pixelBase, &served[s]};
-    addSlab(points, seen, slabOf(s, splits.slices[s]));
+    addSlab(points, seen, splits.slices[s]);
+  };
+  const auto addSlice = [&](int s, const SeenCell& seen, Points& points) {
+    if (splits.isWedged) {
+      WedgePoints both{points, {region.pixelSlope, region.pixelBase, &served[s]}};
+      addSlab(both, seen, {splits.wedges[s].start, splits.wedges[s].end});
+    } else {
+      addSlab(points, seen, padded[s]);
+      addServed(s, seen);
+    }
   };
   const auto keep = [&] {
     for (int s = 0; s < splits.count && !region.bounds.empty(); ++s) {
@@ -434,9 +457,8 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
         return;
       }
       points.clear();
-      addSlab(points, seen, slabOf(s, footprints[s].padded));
+      addSlice(s, seen, points);
       if (points.count == 0) return;
-      addServed(s, seen);
       points.finish(footprints[s]);
       if (mayCopy && !splits.isWedged) model = makeModel(s, seen, footprints[s].padded, copyTolerance(footprints[s]));
     });
@@ -444,10 +466,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     return;
   }
   Points points[kMaxPartitions];
-  forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
-    addSlab(points[s], seen, slabOf(s, footprints[s].padded));
-    addServed(s, seen);
-  });
+  forEachCell(region, light, splits, [&](int s, const SeenCell& seen) { addSlice(s, seen, points[s]); });
   for (int s = 0; s < splits.count; ++s)
     if (points[s].count > 0) points[s].finish(footprints[s]);
   keep();

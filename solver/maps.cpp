@@ -96,29 +96,32 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
 void refitMaps(const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings, MapFits& maps) noexcept {
   // Bounds of samples cut the rectangles; what a warp is certified over would lie outside of them, so maps are not warped there.
   const WarpSettings warp = region.bounds.empty() ? settings.warp : WarpSettings{};
-  const glm::dvec2 view(light.lsFromView[2]);
-  const double length = std::sqrt(glm::dot(view, view));
+  const bool isWarping = maps.hasServed && warp.warp != Warp::none;
   maps.neededTexels = 0.0;
   for (int i = 0; i < splits.count; ++i) {
     MapFit& fit = maps.fits[i];
     if (const int like = maps.footprints[i].like; like != i) {
-      fit = copyFit(maps.fits[like], maps.footprints[i]);
-      maps.shapes[i] = maps.shapes[like];
+      copyFit(maps.fits[like], maps.footprints[i], fit);
+      if (isWarping) maps.shapes[i] = maps.shapes[like];
     } else {
-      fit = fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i]);
+      fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i], fit);
       if (settings.rectangles) {
         fit.least = settings.rectangles[i].least;
         fit.size = settings.rectangles[i].size;
         fit.needed = fit.size.x * fit.size.y / (maps.pixels[i] * maps.pixels[i]);
       }
-      const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
-      WarpHint before;
-      const WarpHint* hint = settings.hints ? &settings.hints[i] : nullptr;
-      if (!hint && maps.hasServed && settings.chained > 0 && i > 0 && (maps.fits[i - 1].isWarped || i > 1)) {
-        before = hintOf(maps, maps.footprints[i - 1].like, settings.chained);
-        hint = &before;
+      if (isWarping) {
+        const glm::dvec2 view(light.lsFromView[2]);
+        const double length = std::sqrt(glm::dot(view, view));
+        const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
+        WarpHint before;
+        const WarpHint* hint = settings.hints ? &settings.hints[i] : nullptr;
+        if (!hint && settings.chained > 0 && i > 0 && (maps.fits[i - 1].isWarped || i > 1)) {
+          before = hintOf(maps, maps.footprints[i - 1].like, settings.chained);
+          hint = &before;
+        }
+        maps.shapes[i] = warpFit(warp, light, maps.footprints[i], maps.served[i], axis, fit, hint);
       }
-      if (maps.hasServed) maps.shapes[i] = warpFit(warp, light, maps.footprints[i], maps.served[i], axis, fit, hint);
     }
     maps.neededTexels += fit.needed;
   }
@@ -167,10 +170,13 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
   Splits made;
   made.isWedged = splits.isWedged;
   if (splits.rows.count > 0) made.rows = splits.rows;
+  // Stage after stage, so that maps wait for their own roots and divisions, not for one another's.
+  int sliceOf[kMaxPartitions];
   for (int i = 0; i < splits.count; ++i) {
     made.rows.cells[i] = maps.footprints[i].count == 0 ? -1 : made.count;
     if (maps.footprints[i].count == 0) continue;
     const int m = made.count++;
+    sliceOf[m] = i;
     Partition& map = solution.partitions[m];
     MapFit& fit = maps.fits[i];
     made.slices[m] = splits.slices[i];
@@ -183,18 +189,28 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
         status != Status::ok)
       return status;
     extendToCasters(frame.scene.casters, region, light, fit);
-    clipFromWorld[m] = cropMatrix(frame, light, eyeMinusOrigin, fit);
+    cropMatrix(frame, light, eyeMinusOrigin, fit, clipFromWorld[m]);
+  }
+  for (int m = 0; m < made.count; ++m) {
+    const int i = sliceOf[m];
+    Partition& map = solution.partitions[m];
     map.clipFromWorld = glm::mat4(clipFromWorld[m]);
-    map.error = fit.isWarped ? certify(map.clipFromWorld, map.viewport, light, eyeMinusOrigin, maps.served[i])
-                             : certify(texelSize(map.clipFromWorld, map.viewport, light.directionWs), maps.pixels[i]);
+    map.error = maps.fits[i].isWarped ? certify(map.clipFromWorld, map.viewport, light, eyeMinusOrigin, maps.served[i])
+                                      : certify(texelSize(map.clipFromWorld, map.viewport, light.directionWs), maps.pixels[i]);
+    solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
+    solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;
+  }
+  for (int m = 0; m < made.count; ++m) {
+    const int i = sliceOf[m];
+    Partition& map = solution.partitions[m];
+    const MapFit& fit = maps.fits[i];
+    const Footprint& footprint = maps.footprints[i];
     map.warp = fit.isWarped ? settings.warp.warp : Warp::none;
     map.planeCount = splits.isWedged ? writePlanes(region, splits.wedges[i], map.planes) : 0;
     const double texel = std::max(fit.stretch.x * fit.size.x / map.viewport.z, fit.stretch.y * fit.size.y / map.viewport.w);
     const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset) + region.unevenness + frame.margin.motion[m];
-    if (maps.footprints[i].like == i) makeSides(region, light, maps.footprints[i], cullShape);
-    map.cullPlaneCount = makeCullPlanes(cullShape, maps.footprints[i], grow, map.cullPlanes);
-    solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
-    solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;
+    if (footprint.like == i) makeSides(region, light, footprint, cullShape);
+    map.cullPlaneCount = makeCullPlanes(cullShape, footprint, grow, map.cullPlanes);
   }
   if (made.count == 0) {
     clearBlock(solution.block);

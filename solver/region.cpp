@@ -96,26 +96,26 @@ double gap(const Region& region, const DepthSpan& before, const DepthSpan& after
   return region.camera.projection == Projection::perspective ? after.near / before.far : after.near - before.far;
 }
 
-void addSpan(Region& region, DepthSpan added) noexcept {
+void addSpan(Region& region, double near, double far) noexcept {
   DepthSpan* spans = region.spans;
   int count = region.spanCount, first = 0;
-  while (first < count && spans[first].far < added.near) ++first;
+  while (first < count && spans[first].far < near) ++first;
   int last = first;  // [first, last) touch the added one
-  for (; last < count && spans[last].near <= added.far; ++last) {
-    added.near = std::min(added.near, spans[last].near);
-    added.far = std::max(added.far, spans[last].far);
+  for (; last < count && spans[last].near <= far; ++last) {
+    near = std::min(near, spans[last].near);
+    far = std::max(far, spans[last].far);
   }
   if (last == first && count == kMaxSpans) {  // no room: join across the narrowest gap, the added span's own gaps included
     int narrowest = -1;
     double least = kInfinity;
     for (int i = 0; i + 1 < count; ++i)
       if (const double g = gap(region, spans[i], spans[i + 1]); i + 1 != first && g < least) least = g, narrowest = i;
-    if (first > 0 && gap(region, spans[first - 1], added) <= least) {
-      spans[first - 1].far = added.far;
+    if (first > 0 && gap(region, spans[first - 1], {near, far}) <= least) {
+      spans[first - 1].far = far;
       return;
     }
-    if (first < count && gap(region, added, spans[first]) <= least) {
-      spans[first].near = added.near;
+    if (first < count && gap(region, {near, far}, spans[first]) <= least) {
+      spans[first].near = near;
       return;
     }
     spans[narrowest].far = spans[narrowest + 1].far;
@@ -128,7 +128,7 @@ void addSpan(Region& region, DepthSpan added) noexcept {
     std::copy_backward(spans + first, spans + count, spans + count + 1);
   else
     std::copy(spans + last, spans + count, spans + first + 1);
-  spans[first] = added;
+  spans[first] = {near, far};
   region.spanCount = count - (last - first) + 1;
 }
 
@@ -173,7 +173,7 @@ void keepSampled(const Samples& samples, Region& region) noexcept {
     const double room = samples.latency + (near == far ? depthQuantum(region.camera, near) : 0.0);
     for (int i = 0; i < count; ++i) {
       const DepthSpan span{std::max(near - room, spans[i].near), std::min(far + room, spans[i].far)};
-      if (span.near <= span.far) addSpan(region, span);
+      if (span.near <= span.far) addSpan(region, span.near, span.far);
     }
   };
   const int bins = static_cast<int>(samples.histogram.size());
@@ -462,10 +462,8 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
   for (int i = 0; i < cellCount(region); ++i) {
     const Cell* cell = getCell(region, i, storage);
     if (!cell) continue;
-    DepthSpan span = depthsOf(*cell);
-    span.near = std::clamp(span.near, region.near, region.far);
-    span.far = std::clamp(span.far, region.near, region.far);
-    addSpan(region, span);
+    const DepthSpan span = depthsOf(*cell);
+    addSpan(region, std::clamp(span.near, region.near, region.far), std::clamp(span.far, region.near, region.far));
   }
   if (frame.samples) keepSampled(*frame.samples, region);
   return Status::ok;

@@ -140,9 +140,12 @@ void writeWedges(const Region& region, const LightSpace& light, const RowSetting
 
 Trapezoid leastTrapezoid(const glm::dvec2* hull, int count, const glm::dvec2& axis, double centre, double least) noexcept {
   glm::dvec2 p[kMaxHull];  // along and across
+  Pair sides[kMaxHull];  // across, to either side
   double from = kInfinity, to = -kInfinity;
   for (int i = 0; i < count; ++i) {
     p[i] = {glm::dot(axis, hull[i]), cross2(axis, hull[i])};
+    const Pair side = {p[i].y, -p[i].y};
+    sides[i] = side;
     from = std::min(from, p[i].x);
     to = std::max(to, p[i].x);
   }
@@ -150,16 +153,13 @@ Trapezoid leastTrapezoid(const glm::dvec2* hull, int count, const glm::dvec2& ax
   // piecewise linear in m, so least where m is the slope of an edge.
   double slope = 0.0, top = 0.0, bottom = 0.0, width = kInfinity;
   const auto consider = [&](double m) {
-    double a = -kInfinity, b = -kInfinity;
-    for (int i = 0; i < count; ++i) {
-      a = std::max(a, p[i].y - m * p[i].x);
-      b = std::max(b, -p[i].y - m * p[i].x);
-    }
-    if (!(a + b + 2.0 * m * centre < width)) return;
-    width = a + b + 2.0 * m * centre;
+    Pair most = both(-kInfinity);
+    for (int i = 0; i < count; ++i) most = greater(sides[i] - both(m * p[i].x), most);
+    if (!(most[0] + most[1] + 2.0 * m * centre < width)) return;
+    width = most[0] + most[1] + 2.0 * m * centre;
     slope = m;
-    top = a;
-    bottom = b;
+    top = most[0];
+    bottom = most[1];
   };
   consider(0.0);
   for (int i = 0; i < count; ++i) {

@@ -109,13 +109,16 @@ Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept {
   all.slices[0] = {region.near, region.far};
   Footprint footprint;
   makeFootprints(region, light, all, {}, true, false, &footprint, nullptr);
-  MapFit fit = fitSlice(region, footprint, FitMode::slice, region.pixelSlope * region.near + region.pixelBase);
+  MapFit fit;
+  fitSlice(region, footprint, FitMode::slice, region.pixelSlope * region.near + region.pixelBase, fit);
   constexpr double kRounding = 1.5 / 1048576.0;  // of bounds and of the matrix: float32 products of a few factors
   const double room = kRounding * footprint.reach;
   fit.depthNear -= room;
   fit.depthFar += room;
   extendToCasters(frame.scene.casters, region, light, fit);
-  const glm::dmat4 clip = glm::transpose(cropMatrix(frame, light, glm::dvec3(0.0), fit)), ls = glm::transpose(light.lsFromWorld);
+  glm::dmat4 clipFromWorld;
+  cropMatrix(frame, light, glm::dvec3(0.0), fit, clipFromWorld);
+  const glm::dmat4 clip = glm::transpose(clipFromWorld), ls = glm::transpose(light.lsFromWorld);
   const double margin = frame.margin.filter + frame.margin.normalOffset;
   constexpr double kDepthRounding = 2.0 / 8388608.0;  // as depthQuantum has it
   setup = {

@@ -160,17 +160,17 @@ Status split(const Region& region, const SplitSettings& settings, int count, Spl
     const double near = stretch.span.near, far = stretch.span.far;
     const bool isUniform = settings.scheme == SplitScheme::uniform || !isPerspective;
     const double ratio = isUniform ? 1.0 : std::pow(far / near, 1.0 / stretch.count);
+    const bool isPractical = settings.scheme == SplitScheme::practical && isPerspective;
     double from = near, logarithmic = near;
     for (int i = 1; i <= stretch.count; ++i) {
       const bool isLast = i == stretch.count;
-      const double uniform = near + (far - near) * (static_cast<double>(i) / stretch.count);  // [Zhang 2006, eq. 5]
+      const auto uniform = [&] { return near + (far - near) * (static_cast<double>(i) / stretch.count); };  // [Zhang 2006, eq. 5]
       logarithmic *= ratio;  // [Zhang 2006, eq. 4]
-      double to = isUniform ? uniform : logarithmic;
-      if (settings.scheme == SplitScheme::practical && isPerspective)
-        to = settings.lambda * logarithmic + (1.0 - settings.lambda) * uniform + settings.bias;  // [Zhang 2006, eq. 7 corrected]
+      double to = isUniform ? uniform() : logarithmic;
+      if (isPractical) to = settings.lambda * logarithmic + (1.0 - settings.lambda) * uniform() + settings.bias;  // [eq. 7 corrected]
       if (isLast) to = far;
       // Only a bias can break the order; elsewhere planes that rounding puts together leave nothing between them.
-      if (!isLast && settings.scheme == SplitScheme::practical && settings.bias > 0.0 && isPerspective && !(to > from && to < far)) {
+      if (!isLast && isPractical && settings.bias > 0.0 && !(to > from && to < far)) {
         refused = settings.bias;
         return Status::splitBiasOrder;
       }

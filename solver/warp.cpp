@@ -433,7 +433,7 @@ glm::dvec2 overheadErrors(double alpha, double halfFovTangent, double distance) 
 
 WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const Footprint& footprint, const Served& served,
                   const glm::dvec2& axis, MapFit& fit, const WarpHint* hint) noexcept {
-  const WarpShape rectangle{angleOf(glm::dvec2(fit.s)), 0.0, 0.0, 0.0};
+  const auto rectangle = [&]() -> WarpShape { return {angleOf(glm::dvec2(fit.s)), 0.0, 0.0, 0.0}; };
   const double thin = std::min(fit.size.x, fit.size.y);
   double narrowest = kInfinity, widest = 0.0;
   for (int i = 0; i < served.count; ++i) {
@@ -442,25 +442,25 @@ WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const F
   }
   // A line, a point, or pixels of one width: nothing to gain.
   if (settings.warp == Warp::none || footprint.count < 3 || served.count < 3 || !(thin > 2.0 * narrowest) || !(widest > narrowest))
-    return rectangle;
-  WarpShape shape = rectangle;
+    return rectangle();
+  WarpShape shape{};
   if (settings.warp == Warp::least) {
-    shape = searchLeast(rectangle.phi, light, footprint, served, std::log(widest / narrowest), hint);
+    shape = searchLeast(angleOf(glm::dvec2(fit.s)), light, footprint, served, std::log(widest / narrowest), hint);
   } else if (axis != glm::dvec2(0.0)) {
     const Ends ends = findEnds(served, axis);
     const bool isForward = ends.nearWidth <= ends.farWidth;
     const double ratio = isForward ? ends.farWidth / ends.nearWidth : ends.nearWidth / ends.farWidth;
     shape = {angleOf(isForward ? axis : -axis), std::min(kappaOf(settings, ratio), kMostKappa), 0.0, 0.0};
   }
-  if (!isWarp(shape)) return rectangle;
+  if (!isWarp(shape)) return rectangle();
   MapFit warped = fit;
   shapeFit(shape, footprint, served, warped);
-  if (!(warped.needed < fit.needed)) return rectangle;
+  if (!(warped.needed < fit.needed)) return rectangle();
   // Light nearly along the view brings far points to where w is near 1: a row of w that rounds to more than a share of that would be no
   // map.
   constexpr double kMostLost = 0.125;
   const double slope = std::sqrt(warped.w.x * warped.w.x + warped.w.y * warped.w.y);
-  if (!(kFloatRounding * (slope * footprint.reach + std::abs(warped.w.z)) < kMostLost)) return rectangle;
+  if (!(kFloatRounding * (slope * footprint.reach + std::abs(warped.w.z)) < kMostLost)) return rectangle();
   fit = warped;
   return shape;
 }

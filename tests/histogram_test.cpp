@@ -62,7 +62,8 @@ double plainSide(const Sampled& setup, double near, double far) {
   slice.slices[0] = {near, far};
   Footprint footprint;
   makeFootprints(setup.region, setup.light, slice, {}, true, false, &footprint, nullptr);
-  const MapFit fit = fitSlice(setup.region, footprint, FitMode::tight, pixelAt(setup.frame, near));
+  MapFit fit;
+  fitSlice(setup.region, footprint, FitMode::tight, pixelAt(setup.frame, near), fit);
   return std::sqrt(fit.size.x * fit.size.y);
 }
 

@@ -7,9 +7,14 @@
 // Test: tests/camera_test.cpp
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "gnomon/types.h"
 
 namespace GNOMON_EXPORT gnomon {
+
+inline constexpr double kFloatUlp = 1.0 / 8388608.0;  // 2^-23: relative spacing of float32
 
 // A symmetric perspective camera. fovY: whole vertical angle, radians, in (0, pi); aspect: width over height, > 0.
 // Bad values are kept, and refused by the solve.
@@ -38,21 +43,45 @@ void enclose(std::span<const Camera> cameras, const Camera& axis, glm::dvec3 (&c
 [[nodiscard]] Status validate(const Camera& camera, double& value) noexcept;
 
 // The view depth where the shadowed range ends: the far plane or the shadow distance, whichever is nearer.
-[[nodiscard]] double shadowFar(const Camera& camera) noexcept;
+[[nodiscard]] inline double shadowFar(const Camera& camera) noexcept { return std::min(camera.far, camera.shadowDistance); }
 
 // gl_FragCoord.z at a view depth > 0 (any, if orthographic): 0 to 1, from 1 to 0 for reversed depth.  [Zhang 2006, eq. 8 corrected]
-[[nodiscard]] double windowDepth(const Camera& camera, double viewDepth) noexcept;
+[[nodiscard]] inline double windowDepth(const Camera& camera, double viewDepth) noexcept {
+  const double n = camera.near, f = camera.far, z = viewDepth;
+  const bool isReversed = camera.depth == DepthConvention::reversedZeroToOne;
+  // gl_FragCoord.z is window depth: negativeOneToOne and zeroToOne have the same.
+  if (camera.projection == Projection::orthographic) return isReversed ? (f - z) / (f - n) : (z - n) / (f - n);
+  if (!std::isfinite(f)) return isReversed ? n / z : 1.0 - n / z;
+  return isReversed ? n / (f - n) * ((f - z) / z) : f / (f - n) * ((z - n) / z);  // [Zhang 2006, eq. 8 corrected]
+}
 
 // The inverse: the view depth of a window depth.
 [[nodiscard]] double viewDepthAt(const Camera& camera, double windowDepth) noexcept;
 
 // How far two view depths near this one may lie apart and still share a float32 depth value: world units, >= 0.
-[[nodiscard]] double depthQuantum(const Camera& camera, double viewDepth) noexcept;
+[[nodiscard]] inline double depthQuantum(const Camera& camera, double viewDepth) noexcept {
+  // Clip z and w are each rounded in the vertex stage, then interpolated and divided: two units in the last place of the
+  // largest term. Reversed depth has terms as small as the depth itself, so that the quantum is as small a share of z everywhere.
+  constexpr double kRounding = 2.0 * kFloatUlp;
+  const double n = camera.near, f = camera.far, z = viewDepth;
+  if (camera.projection == Projection::orthographic) return kRounding * (f - n);
+  if (camera.depth == DepthConvention::reversedZeroToOne) return kRounding * z;
+  return kRounding * z * (z * ((1.0 - n / f) / n));  // |d window / d z| = n f / ((f - n) z^2)
+}
 
 // The same for view depth computed in float32 from a camera-relative position, as gnomonViewDepth does.
-[[nodiscard]] double viewQuantum(const Camera& camera, double viewDepth) noexcept;
+[[nodiscard]] inline double viewQuantum(const Camera& camera, double viewDepth) noexcept {
+  // A dot product of float32 terms as large as the distance from the eye.
+  const double widest =
+      std::max(std::max(std::abs(camera.left), std::abs(camera.right)), std::max(std::abs(camera.down), std::abs(camera.up)));
+  const double reach = camera.projection == Projection::perspective ? std::abs(viewDepth) * (1.0 + widest) : std::abs(viewDepth) + widest;
+  return 4.0 * kFloatUlp * reach;
+}
 
 // The width of a pixel at a view depth, w_i, world units.  [Lloyd 2006, eq. 2 corrected: the length, without 1/n]
-[[nodiscard]] double pixelWidth(const Camera& camera, const ImageSize& image, double viewDepth) noexcept;
+[[nodiscard]] inline double pixelWidth(const Camera& camera, const ImageSize& image, double viewDepth) noexcept {
+  const double height = (camera.down + camera.up) / image.height;
+  return camera.projection == Projection::orthographic ? height : viewDepth * height;
+}
 
 }  // namespace gnomon

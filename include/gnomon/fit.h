@@ -43,10 +43,10 @@ struct MapFit {
 };
 
 // The rectangle for a slice. pixel: w_i at its near end, the least side a map needs.
-[[nodiscard]] MapFit fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel) noexcept;
+void fitSlice(const Region& region, const Footprint& footprint, FitMode mode, double pixel, MapFit& fit) noexcept;
 
 // The fit of a footprint that is a copy of another, from the other's.
-[[nodiscard]] MapFit copyFit(const MapFit& fit, const Footprint& footprint) noexcept;
+void copyFit(const MapFit& fit, const Footprint& footprint, MapFit& copy) noexcept;
 
 // How many units of s and of t a world length of 1 may span, at most.
 [[nodiscard]] glm::dvec2 unitsPerWorld(const MapFit& fit) noexcept;
@@ -57,7 +57,7 @@ struct MapFit {
                                     FitMode mode, const glm::ivec4& viewport, MapFit& fit, std::uint32_t& warnings) noexcept;
 
 // The matrix that takes world - origin to the map's clip space.
-[[nodiscard]] glm::dmat4 cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& eyeMinusOriginWs,
-                                    const MapFit& fit) noexcept;
+void cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& eyeMinusOriginWs, const MapFit& fit,
+                glm::dmat4& clipFromWorld) noexcept;
 
 }  // namespace gnomon

@@ -18,9 +18,9 @@ namespace GNOMON_EXPORT gnomon {
 // Light space: x and y span the light plane, z grows away from the light. A general 4x4, so that a spot light's
 // post-perspective space can pass through the same stages. [Zhang 2006, sec. 3.1]
 struct LightSpace {
-  glm::dmat4 lsFromView{1.0};
-  glm::dmat4 lsFromWorld{1.0};  // from world - eye
-  glm::dvec3 directionVs{0.0}, directionWs{0.0};  // unit, from the light to the scene
+  glm::dmat4 lsFromView;
+  glm::dmat4 lsFromWorld;  // from world - eye
+  glm::dvec3 directionVs, directionWs;  // unit, from the light to the scene
 };
 
 // The axis of the light plane that the world fixes; the other is its cross product with the direction (unit, from the light to the scene).
@@ -52,8 +52,9 @@ struct Served {
   double pixels[kMaxHull];  // w_i there, world units
 };
 
-// Gathers the slices' footprints, each slice padded by the depth quantum and the blend band and cut to where its samples lie, and where `served` is not null the vertices
-// that each serves. One of each for each slice. mayCopy: false where every hull must be its own.
+// Gathers the slices' footprints, each slice padded by the depth quantum and the blend band and cut to where its samples lie, and where
+// `served` is not null, which it must not be for wedges, the vertices that each serves. One of each for each slice. mayCopy: false where
+// every hull must be its own.
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
                     bool mayCopy, Footprint* footprints, Served* served) noexcept;
 

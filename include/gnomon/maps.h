@@ -42,7 +42,7 @@ struct MapFits {
   Footprint footprints[kMaxPartitions];
   Served served[kMaxPartitions];  // filled where hasServed
   MapFit fits[kMaxPartitions];
-  WarpShape shapes[kMaxPartitions];  // filled where hasServed
+  WarpShape shapes[kMaxPartitions];  // filled where slices are warped
   double pixels[kMaxPartitions];  // the least w_i that each serves
   double neededTexels = 0.0;  // of all fits
   bool hasServed = false;

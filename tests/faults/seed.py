@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Seeds one fault at a time in solver/ and glsl/ and runs the suite: every fault must be caught.
+"""Seeds one fault at a time in solver, headers and shaders and runs the suite: every fault must be caught.
 
     seed.py SOURCE SCRATCH [FIRST [LAST]]
     seed.py SOURCE                           only: does every fault still apply?
@@ -17,9 +17,9 @@ import time
 
 FAULTS = [
     # camera
-    ('solver/camera.cpp', 'return isReversed ? n / (f - n) * ((f - z) / z) : f / (f - n) * ((z - n) / z);', 'return isReversed ? n / (f - n) * ((f - z) / z) : f / (f - n) * ((z - n) / f);', 'eq. 8 as misprinted'),
+    ('include/gnomon/camera.h', 'return isReversed ? n / (f - n) * ((f - z) / z) : f / (f - n) * ((z - n) / z);', 'return isReversed ? n / (f - n) * ((f - z) / z) : f / (f - n) * ((z - n) / f);', 'eq. 8 as misprinted'),
     ('solver/camera.cpp', 'const double fromNear = isReversed ? 1.0 - d : d, fromFar', 'const double fromNear = isReversed ? d : d, fromFar', 'wrong depth convention'),
-    ('solver/camera.cpp', 'constexpr double kRounding = 2.0 * kFloatUlp;', 'constexpr double kRounding = 0.0 * kFloatUlp;', 'dropped depth quantum'),
+    ('include/gnomon/camera.h', 'constexpr double kRounding = 2.0 * kFloatUlp;', 'constexpr double kRounding = 0.0 * kFloatUlp;', 'dropped depth quantum'),
     # region
     ('solver/region.cpp', 'cell.vertices[i] = glm::dvec3(((i & 1) ? camera.right : -camera.left) * k,', 'cell.vertices[i] = glm::dvec3(((i & 1) ? camera.left : -camera.right) * k,', 'swapped tangents'),
     ('solver/region.cpp', 'const Plane plane{normal * region.worldFromView, atEye + p.w};', 'const Plane plane{normal * region.worldFromView, atEye - p.w};', 'half-space of the wrong sign'),

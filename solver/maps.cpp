@@ -107,9 +107,13 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
     } else {
       fit = fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i]);
       if (settings.rectangles) {
-        fit.least = settings.rectangles[i].least;
-        fit.size = settings.rectangles[i].size;
-        fit.needed = fit.size.x * fit.size.y / (maps.pixels[i] * maps.pixels[i]);
+        const auto& [along, least, size] = settings.rectangles[i];
+        fit.s = glm::dvec3(along, 0.0);
+        fit.t = {-along.y, along.x, 0.0};
+        fit.least = least;
+        fit.size = size;
+        fit.needed = size.x * size.y / (maps.pixels[i] * maps.pixels[i]);
+        if (settings.fit == FitMode::tight) fit.aspect = size.x / size.y;
       }
       const glm::dvec2 axis = splits.isWedged ? wedgeAxis(splits.wedges[i], light) : length > 0.0 ? view / length : glm::dvec2(0.0);
       WarpHint before;

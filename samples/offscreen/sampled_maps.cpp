@@ -1,10 +1,8 @@
 #include "sampled_maps.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <limits>
-#include <memory>
+#include <stdexcept>
 #include <string>
 
 #include <glm/geometric.hpp>

@@ -6,12 +6,12 @@
 // use:         fragment, level by level until one texel is left; the first level's VALUE is gnomonExtremes(...) or gnomonBoundsOf(...) of the
 //              depth at the pixel, those after it read the level before (32-bit float targets):
 //                vec4 all; GNOMON_REDUCE_TILE(all, ivec2(gl_FragCoord.xy), size, VALUE)
-//              compute, 16 x 16 to a group, into a buffer of zeros:
+//              compute, 16 x 16 to a group, each with the maximum of many pixels, into a buffer of zeros:
 //                shared vec4 scratch[256]; uint at = gl_LocalInvocationIndex;
 //                GNOMON_REDUCE_GROUP(scratch, at, value) if (at == 0u) GNOMON_JOIN(extremes, scratch[0])
 //              histogram: bin = gnomonBin of a depth by edges of gnomon/samples.h; count in shared memory, then in the buffer
 // view:        GnomonSampleView is what gnomon::sampleView() fills, as uniforms
-// cost:        a pass over the depth buffer for each reduction
+// cost:        a pass over the depth buffer for each reduction; by groups the barriers too, so let an invocation take 8 x 8 pixels, 16 apart
 // needs:       #version 330 core or 300 es; the group and join macros a compute shader (430, 310 es)
 #ifndef GNOMON_SAMPLES_GLSL
 #define GNOMON_SAMPLES_GLSL

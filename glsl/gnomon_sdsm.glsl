@@ -9,6 +9,7 @@
 //                 host then binds to gnomonUniforms. place: the block of any solve of the frame with as many partitions, in square viewports:
 //                 FitMode::slice or layers. bounds: an array of uvec4 as GNOMON_JOIN leaves it. Everything else gnomon::sdsmSetup() gives.
 //              4. indirect draws: GNOMON_FINISH_CULL in the same invocation, then GNOMON_CULL_BOX for each box and map
+//              samples/offscreen/sampled_maps.cpp is all of it, both reductions and the draw
 // cost:        one invocation; a reduction for the extremes, one for each slice's bounds
 // needs:       what gnomon_block.glsl needs
 #ifndef GNOMON_SDSM_GLSL

@@ -145,7 +145,10 @@ void measureBins(const Region& region, const LightSpace& light, SampleBins& bins
     const bool isGap = bins.place[b + 1] > bins.place[b] + 1;
     slabs[b] = isGap ? DepthSpan{bins.far[b], bins.near[b + 1]} : DepthSpan{1.0, 0.0};
   }
-  measureReach(region, light, directions, slabs, bins.count - 1, bins.gap, nullptr);
+  measureReach(region, light, directions, slabs, bins.count - 1, bins.onward, nullptr);
+  for (int b = 0; b + 1 < bins.count; ++b)
+    for (int r = 0; r < 4; ++r)
+      for (int a = 0; a < kMaxFitAxes; ++a) bins.onward[b][r][a] = std::max(bins.onward[b][r][a], bins.reach[b][r][a]);
 }
 
 // The reach of a run of bins that grows one by one.
@@ -153,12 +156,14 @@ struct Run {
   float reach[4][kMaxFitAxes];
 
   void start(const float (&bin)[4][kMaxFitAxes]) noexcept { std::copy_n(&bin[0][0], 4 * kMaxFitAxes, &reach[0][0]); }
-  void add(const float (&bin)[4][kMaxFitAxes], const float (&gap)[4][kMaxFitAxes]) noexcept {
+  void add(const float (&part)[4][kMaxFitAxes]) noexcept {
     for (int r = 0; r < 4; ++r)
-      for (int a = 0; a < kMaxFitAxes; ++a) {
-        const float most = bin[r][a] > gap[r][a] ? bin[r][a] : gap[r][a];
-        reach[r][a] = most > reach[r][a] ? most : reach[r][a];
-      }
+      for (int a = 0; a < kMaxFitAxes; ++a) reach[r][a] = part[r][a] > reach[r][a] ? part[r][a] : reach[r][a];
+  }
+  // The bin behind the run.
+  void extend(const SampleBins& bins, int bin) noexcept {
+    add(bins.onward[bin - 1]);
+    add(bins.reach[bin]);
   }
   double side(double pixel) const noexcept {
     const auto least = static_cast<float>(pixel);
@@ -213,11 +218,14 @@ struct Programme {
     }
   }
 
+  // Of all slices together only the whole is asked for.
+  int firstRow(int k) const noexcept { return k + 1 < layers ? k : bins.count - 1; }
+
   // max: least[k - 1][i - 1] rises with i, the cost of [i, j] falls: the best is where they cross.
   void sweep() noexcept {
     fill();
     for (int k = 1; k < layers; ++k)
-      for (int j = k, crossing = k; j < bins.count; ++j) {
+      for (int j = firstRow(k), crossing = k; j < bins.count; ++j) {
         while (crossing < j && least[k - 1][crossing - 1] < cost(crossing, j)) ++crossing;  // it only moves on as j grows
         const double here = std::max(least[k - 1][crossing - 1], cost(crossing, j));
         const double before = crossing > k ? std::max(least[k - 1][crossing - 2], cost(crossing - 1, j)) : kInfinity;
@@ -253,14 +261,14 @@ struct Programme {
         if (j == 0)
           whole.start(bins.reach[0]);
         else
-          whole.add(bins.reach[j], bins.gap[j - 1]);
+          whole.extend(bins, j);
       }
       const double pixel = bins.near[0] * bins.pixelSlope + bins.pixelBase;
       least[0][j] = addCost(bins, norm, 0, j, bins.isWhole ? wholeSide(bins, 0, j) : whole.side(pixel), worstOfAll);
       from[0][j] = 0;
-      const int most = std::min(layers - 1, j);
+      const int most = std::min(j + 1 < bins.count ? layers - 2 : layers - 1, j);
       for (int k = 1; k <= most; ++k) least[k][j] = kInfinity;
-      for (int i = j; i >= 1; --i) {
+      for (int i = j; i >= 1 && most >= 1; --i) {
         worst = std::max(worst, bins.worst[i]);
         double side;
         if (bins.isWhole) {
@@ -269,7 +277,7 @@ struct Programme {
           if (i == j)
             run.start(bins.reach[i]);
           else
-            run.add(bins.reach[i], bins.gap[i]);
+            run.add(bins.onward[i]);
           side = run.side(bins.near[i] * bins.pixelSlope + bins.pixelBase);
         }
         const double own = addCost(bins, norm, i, j, side, worst);
@@ -279,7 +287,7 @@ struct Programme {
           least[k][j] = value;
           from[k][j] = static_cast<std::uint8_t>(i);
         }
-        if (most >= 1 && own > least[1][j]) break;  // more slices cost no more: least[1] is the greatest
+        if (own > least[1][j]) break;  // more slices cost no more: least[1] is the greatest
       }
     }
   }
@@ -353,7 +361,7 @@ double sampledError(const SampleBins& bins, SampleNorm norm, const int* first, i
     if (!bins.isWhole) run.start(bins.reach[from]);
     for (int b = from + 1; b <= to; ++b) {
       worst = std::max(worst, bins.worst[b]);
-      if (!bins.isWhole) run.add(bins.reach[b], bins.gap[b - 1]);
+      if (!bins.isWhole) run.extend(bins, b);
     }
     const double side = bins.isWhole ? wholeSide(bins, from, to) : run.side(bins.near[from] * bins.pixelSlope + bins.pixelBase);
     cost = combine(norm, cost, addCost(bins, norm, from, to, side, worst));
@@ -371,7 +379,7 @@ int splitOptimally(const SampleBins& bins, SampleNorm norm, int most, double tar
     programme.sweep();
   } else if (bins.isWhole && (norm == SampleNorm::mean ? bins.isMonge : norm == SampleNorm::meanSquare && bins.isSquareMonge)) {
     programme.fill();
-    for (int k = 1; k < layers; ++k) programme.divide(k, k, bins.count - 1, k, bins.count - 1);
+    for (int k = 1; k < layers; ++k) programme.divide(k, programme.firstRow(k), bins.count - 1, k, bins.count - 1);
   } else {
     programme.search();
   }

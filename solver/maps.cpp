@@ -106,9 +106,13 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
     } else {
       fitSlice(region, maps.footprints[i], settings.fit, maps.pixels[i], fit);
       if (settings.rectangles) {
-        fit.least = settings.rectangles[i].least;
-        fit.size = settings.rectangles[i].size;
-        fit.needed = fit.size.x * fit.size.y / (maps.pixels[i] * maps.pixels[i]);
+        const auto& [along, least, size] = settings.rectangles[i];
+        fit.s = glm::dvec3(along, 0.0);
+        fit.t = {-along.y, along.x, 0.0};
+        fit.least = least;
+        fit.size = size;
+        fit.needed = size.x * size.y / (maps.pixels[i] * maps.pixels[i]);
+        if (settings.fit == FitMode::tight) fit.aspect = size.x / size.y;
       }
       if (isWarping) {
         const glm::dvec2 view(light.lsFromView[2]);

@@ -58,30 +58,27 @@ void holdPlanes(const Region& region, double hysteresis, SdsmState& state, doubl
   state.splitCount = count;
 }
 
-// The rectangles of the frame before, while they hold the new ones and are not much larger.
-void holdRectangles(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, double hysteresis,
-                    SdsmState& state, LightRectangle* rectangles) noexcept {
+// The rectangles of the frame before, while they hold the new footprints and are not much larger than the least around them.
+void holdRectangles(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, FitMode mode,
+                    double hysteresis, SdsmState& state, LightRectangle* rectangles) noexcept {
   Footprint footprints[kMaxPartitions];
   makeFootprints(region, light, splits, frame.margin, needsViewDepth(region, splits), false, footprints, nullptr);
   const glm::dvec2 eye(light.lsFromWorld * glm::dvec4(region.eyeWs, 0.0));
-  if (state.mapCount != splits.count) std::fill_n(state.maps, kMaxPartitions, LightRectangle{glm::dvec2(0.0), glm::dvec2(0.0)});
+  const auto along = [](const glm::dvec2& axis, const glm::dvec2& p) { return glm::dvec2(glm::dot(axis, p), cross2(axis, p)); };
+  if (state.mapCount != splits.count) std::fill_n(state.maps, kMaxPartitions, LightRectangle{});
   state.mapCount = splits.count;
   for (int i = 0; i < splits.count; ++i) {
-    glm::dvec2 least(kInfinity), most(-kInfinity);
-    for (int v = 0; v < footprints[i].count; ++v) {
-      least = glm::min(least, footprints[i].hull[v]);
-      most = glm::max(most, footprints[i].hull[v]);
-    }
-    const double pixel = region.pixelSlope * splits.slices[i].near + region.pixelBase;
-    glm::dvec2 size = footprints[i].count > 0 ? glm::max(most - least, glm::dvec2(pixel)) : glm::dvec2(pixel);
-    least = footprints[i].count > 0 ? (least + most - size) / 2.0 + eye : eye;
+    const MapFit fit = fitSlice(region, footprints[i], mode, region.pixelSlope * splits.slices[i].near + region.pixelBase);
     LightRectangle& held = state.maps[i];
-    bool isHeld = true;
-    for (int axis = 0; axis < 2; ++axis)
-      isHeld = isHeld && held.least[axis] <= least[axis] && held.least[axis] + held.size[axis] >= least[axis] + size[axis] &&
-               held.size[axis] <= size[axis] * (1.0 + hysteresis);
-    if (!isHeld) held = {least - size * (hysteresis / 4.0), size * (1.0 + hysteresis / 2.0)};
-    rectangles[i] = {held.least - eye, held.size};
+    const double most = (1.0 + hysteresis) * (1.0 + hysteresis) * fit.size.x * fit.size.y;
+    bool isHeld = held.size.x > 0.0 && held.size.x * held.size.y <= most;
+    for (int v = 0; v < footprints[i].count && isHeld; ++v) {
+      const glm::dvec2 at = along(held.axis, footprints[i].hull[v] + eye) - held.least;
+      isHeld = at.x >= 0.0 && at.y >= 0.0 && at.x <= held.size.x && at.y <= held.size.y;
+    }
+    const glm::dvec2 axis(fit.s);
+    if (!isHeld) held = {axis, fit.least + along(axis, eye) - fit.size * (hysteresis / 4.0), fit.size * (1.0 + hysteresis / 2.0)};
+    rectangles[i] = {held.axis, held.least - along(held.axis, eye), held.size};
   }
 }
 
@@ -137,7 +134,7 @@ Status solveSdsm(const Frame& frame, const SdsmSettings& settings, SdsmState& st
   Region region;
   LightSpace light;
   const bool isHeld = settings.hysteresis > 0.0;
-  const FitMode fit = settings.quantise ? FitMode::doubled : isHeld ? FitMode::slice : FitMode::tight;
+  const FitMode fit = settings.quantise ? FitMode::doubled : FitMode::tight;
   SplitSettings splitting;
   splitting.count = settings.count;
   if (beginSolve(frame, splitting, FitMode::doubled, region, light, solution) != Status::ok) return solution.status;
@@ -173,7 +170,7 @@ Status solveSdsm(const Frame& frame, const SdsmSettings& settings, SdsmState& st
     MapSettings making{.fit = fit, .warp = {}};
     LightRectangle rectangles[kMaxPartitions];
     if (isHeld) {
-      holdRectangles(frame, region, light, splits, settings.hysteresis, made, rectangles);
+      holdRectangles(frame, region, light, splits, fit, settings.hysteresis, made, rectangles);
       making.rectangles = rectangles;
     }
     if (const Status status = makeMaps(frame, region, light, splits, making, solution); status != Status::ok)

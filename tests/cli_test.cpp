@@ -534,15 +534,26 @@ TEST_F(Cli, RendersWithTheViewsOwnSamples) {
   input["camera"]["forward"] = {1.0, -0.2, 0.0};
   input["image"] = {{"width", 160}, {"height", 90}};
   std::ofstream(path) << input;
-  const Output output = run({"render", path, "--method", "sdsm", "--scene", scene, "--out", folder() / "pictures"});
-  ASSERT_EQ(output.code, 0) << output.err;
-  const Json result = Json::parse(slurp(folder() / "pictures/result.json"));
-  ASSERT_EQ(result["partitions"].size(), 4u);
-  const double dip = 0.2 / std::hypot(1.0, 0.2), ahead = 1.0 / std::hypot(1.0, 0.2);
-  // The floor at the picture's lower edge, and its far end at x = 20: view depths by hand, to what a pixel spans.
-  EXPECT_NEAR(result["partitions"][0]["near"].get<double>(), 4.0 / (dip + ahead * std::tan(0.5)), 0.2);
-  EXPECT_LE(result["partitions"][3]["far"].get<double>(), 35.0 * ahead + 4.0 * dip + 1e-3);
-  EXPECT_GE(result["partitions"][3]["far"].get<double>(), 30.0);
+  for (const bool isOnGpu : {false, true}) {
+    std::vector<std::string> words{"render", path, "--method", "sdsm", "--scene", scene, "--out", folder() / "pictures"};
+    if (isOnGpu) words.emplace_back("--on-gpu");
+    const Output output = run(words);
+    ASSERT_EQ(output.code, 0) << output.err;
+    EXPECT_EQ(output.err.find("fragment shaders in ") != std::string::npos, isOnGpu) << output.err;
+    const Json result = Json::parse(slurp(folder() / "pictures/result.json"));
+    ASSERT_EQ(result["partitions"].size(), 4u);
+    const double dip = 0.2 / std::hypot(1.0, 0.2), ahead = 1.0 / std::hypot(1.0, 0.2);
+    // The floor at the picture's lower edge, and its far end at x = 20: view depths by hand, to what a pixel spans.
+    EXPECT_NEAR(result["partitions"][0]["near"].get<double>(), 4.0 / (dip + ahead * std::tan(0.5)), 0.2);
+    EXPECT_LE(result["partitions"][3]["far"].get<double>(), 35.0 * ahead + 4.0 * dip + 1e-3);
+    EXPECT_GE(result["partitions"][3]["far"].get<double>(), 30.0);
+  }
+  for (const std::vector<std::string>& other : std::vector<std::vector<std::string>>{
+           {"--method", "pssm"}, {"--method", "sdsm", "--set", "hysteresis=0.5"}, {"--method", "sdsm", "--layers"}}) {
+    std::vector<std::string> words{"render", path, "--scene", scene, "--out", folder() / "other", "--on-gpu"};
+    words.insert(words.end(), other.begin(), other.end());
+    EXPECT_NE(refusal(run(words)).find("--on-gpu: "), std::string::npos);
+  }
 }
 
 TEST_F(Cli, RefusesWrongUsageInOneLine) {

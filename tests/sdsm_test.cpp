@@ -270,6 +270,39 @@ TEST(Sdsm, HysteresisAndQuantisationKeepTexelsStill) {
   EXPECT_LT(both.most, 0.02);
 }
 
+// Hysteresis costs its room and nothing else: a rectangle taken anew is the least one, each side longer by half of the share. Turned along
+// with the camera, it is taken anew before it has (1 + share)^2 times the least one's area.
+TEST(Sdsm, HysteresisCostsItsRoom) {
+  constexpr double kShare = 0.25;
+  SdsmState state;
+  int taken = 0;
+  glm::vec2 before(0.0f);
+  for (int k = 0; k < 60; ++k) {
+    Frame frame = usualFrame();
+    frame.camera.forwardWs = {std::sin(0.004 * k), -0.2, std::cos(0.004 * k)};
+    const SampleBounds bounds[] = {{2.0, 40.0, {-9.0, -1.0}, {11.0, 2.0}}};
+    const Samples samples{.near = 2.0, .far = 40.0, .bounds = bounds};
+    frame.samples = &samples;
+    const auto least = solve(frame, {});
+    Solution held;
+    ASSERT_EQ(solveSdsm(frame, {.hysteresis = kShare}, state, held), Status::ok);
+    ASSERT_EQ(held.partitionCount, least->partitionCount);
+    for (int i = 0; i < held.partitionCount; ++i) {
+      const TexelError &a = held.partitions[i].error, &b = least->partitions[i].error;
+      const double room = std::sqrt(a.s * a.t / (b.s * b.t));  // viewports have as many texels but for whole ones
+      ASSERT_LE(room, 1.01 * (1.0 + kShare)) << k << " " << i;
+      if (k == 0) {
+        EXPECT_NEAR(room, 1.0 + kShare / 2.0, 0.01) << i;
+      }
+    }
+    const glm::vec2 now(held.partitions[held.partitionCount - 1].clipFromWorld[0]);
+    taken += glm::any(glm::greaterThan(glm::abs(now - before), glm::abs(now) * 1e-4f));
+    before = now;
+  }
+  EXPECT_GT(taken, 2);  // it turns
+  EXPECT_LT(taken, 30);  // in steps
+}
+
 // The fewest partitions whose error meets the target.
 TEST(Sdsm, AutomaticCount) {
   Frame frame = usualFrame();

@@ -31,7 +31,7 @@ struct SampleBins {
   double pixelSlope = 0.0, pixelBase = 0.0;  // w_i is base + slope z
   // How far a bin's part of the region reaches on the light plane, along and across each axis that a fit may take: [-s, s, -t, t].
   float reach[kMaxBins][4][kMaxFitAxes];
-  float gap[kMaxBins][4][kMaxFitAxes];  // of what lies between a bin and the next one, -infinity where nothing does
+  float onward[kMaxBins][4][kMaxFitAxes];  // of the bin and of what lies between it and the next one
   // Of a whole perspective view: sqrt(area) depends on the ratio of depths alone. Per unit of depth, for each number of bins spanned.
   bool isWhole = false;
   int place[kMaxBins], joined = 1;  // in the histogram, whose bins were joined by so many

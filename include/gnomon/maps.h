@@ -18,15 +18,15 @@ enum class Shares : std::uint8_t {
   error,  // so that every map ends with the same error  [Lloyd 2006, eq. 13 and 14 generalised]
 };
 
-// A rectangle of the light plane, in the light space of the solve.
+// A rectangle of the light plane, in the light space of the solve: coordinates along an axis, which is unit, and across it.
 struct LightRectangle {
-  glm::dvec2 least, size;
+  glm::dvec2 axis, least, size;
 };
 
 struct MapSettings {
   FitMode fit = FitMode::tight;
   WarpSettings warp;  // of tight fits
-  const LightRectangle* rectangles = nullptr;  // for each slice, instead of the least one of a slice or doubled fit; null: none
+  const LightRectangle* rectangles = nullptr;  // for each slice, instead of the least one; doubled: along (1, 0); null: none
   Shares shares = Shares::equal;
   const WarpHint* hints = nullptr;  // where the search of each slice's least warp begins; null: everywhere
   int chained = 0;  // where > 0, each slice's search but the first begins with the map before's and tries so many shapes beside it

@@ -24,10 +24,9 @@ struct SdsmSettings {
   SdsmScheme scheme = SdsmScheme::logarithmic;
   SampleNorm norm = SampleNorm::max;  // that optimal minimises
   bool bounds = true;  // use Samples::bounds, where given
-  // Against flicker. With either, maps are rectangles whose axes the world fixes, in square viewports.
-  double hysteresis = 0.0;  // splits stay until they are this share of a mean slice off; rectangles while they hold the new one and exceed
-      // its sides by no more than this share of them; taken anew, they are larger by half of that [0, 1]
-  bool quantise = false;  // FitMode::doubled
+  double hysteresis = 0.0;  // against flicker: splits stay until they are this share of a mean slice off; rectangles while they hold what
+      // they must and have at most (1 + this)^2 times the area of the least one; sides taken anew are longer by half of this share [0, 1]
+  bool quantise = false;  // against flicker: FitMode::doubled, in square viewports
   int count = 0;  // partitions [1, Budget::partitions]; 0: as many as the budget allows
   bool automatic = false;  // optimal: the fewest whose norm meets Budget::targetError; others: whose maximum does; count is then ignored
 };

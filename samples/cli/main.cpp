@@ -148,8 +148,19 @@ std::string percent(double share) {
   return out.str();
 }
 
-int render(const SolveArguments& arguments, const std::string& scene, const std::string& folder, const std::string& filter) {
+// Whether the maps of a case can be made where the depth buffer is.
+void requireSampled(const Case& input) {
+  const SdsmSettings &asked = input.sdsm, plain;
+  const bool isPlain =
+      asked.scheme == plain.scheme && asked.bounds && asked.hysteresis == 0.0 && !asked.quantise && !asked.automatic && asked.count == 0;
+  if (input.method != "sdsm" || !isPlain || input.frame.samples || input.frame.worldSpace ||
+      input.frame.shadowMap.layout != MapLayout::atlas)
+    throw Refusal("--on-gpu: needs method sdsm in its plain form, the view's own samples, no --world and no --layers");
+}
+
+int render(const SolveArguments& arguments, const std::string& scene, const std::string& folder, const std::string& filter, bool isOnGpu) {
   Case input = arguments.read();
+  if (isOnGpu) requireSampled(input);
   offscreen::RenderOptions options;
   options.width = pictureSide("image.width", input.frame.image.width);
   options.height = pictureSide("image.height", input.frame.image.height);
@@ -163,9 +174,21 @@ int render(const SolveArguments& arguments, const std::string& scene, const std:
   offscreen::Renderer renderer;
   std::cerr << "rendering on " << renderer.device() << "\n";
   renderer.load(mesh);
-  const auto samples = sampleView(renderer, input, *solution);
-  if (samples) result = solveCase(input, arguments.repeat, *solution);
-  const offscreen::Picture picture = offscreen::makePicture(renderer, tracer, input.frame, *solution, options);
+  offscreen::RenderOutput image;
+  if (isOnGpu) {
+    const offscreen::ReduceTimes times = renderer.timeReductions(input.frame, options.width, options.height);
+    const bool isByFragments = times.faster() == offscreen::ReduceBy::fragments;
+    std::cerr << std::setprecision(3) << "depth buffer reduced by fragment shaders in " << times.fragments << " ms, by compute shaders in "
+              << times.workgroups << " ms: by " << (isByFragments ? "fragment" : "compute") << " shaders from here on\n";
+    image = renderer.renderSampled(input.frame, times.faster(), *solution, options);
+    result = cli::resultJson(input.method, input.frame, *solution, 0.0);
+  } else {
+    const auto samples = sampleView(renderer, input, *solution);
+    if (samples) result = solveCase(input, arguments.repeat, *solution);
+    image = renderer.render(input.frame, *solution, options);
+  }
+  std::vector<std::uint8_t> truth = offscreen::traceTruth(tracer, input.frame, *solution, image);
+  const offscreen::Picture picture = offscreen::judgePicture(std::move(image), std::move(truth), input.frame, *solution);
   offscreen::writePictures(picture, folder);
   offscreen::writeArrays(picture, folder);
   writeText(folder + "/result.json", cli::layOut(result));
@@ -337,6 +360,9 @@ int main(int argc, char** argv) {
   renderCommand->add_option("--scene", scene, "a .glb file, or a built-in scene: colonnade, relief, city, hall")->required();
   renderCommand->add_option("--out", folder, "folder for pictures and arrays")->required();
   renderCommand->add_option("--filter", filter, "none, 3x3 or tent (give margin.filter 1 or 2 with them)");
+  bool isOnGpu = false;
+  renderCommand->add_flag("--on-gpu", isOnGpu,
+                          "sdsm: maps made where the view's depth buffer is, by the faster of two reductions, and drawn indirectly");
   CLI::App* runCommand = app.add_subcommand("run", "the main job: render and judge the built-in scenes, or a .glb");
   runCommand->add_option("scene", file, "a .glb file; none: the built-in scenes");
   runCommand->add_option("--out", folder, "folder for pictures and the table")->default_val("out");
@@ -368,7 +394,7 @@ int main(int argc, char** argv) {
     else if (methodsCommand->parsed())
       code = listMethods(isJson);
     else if (renderCommand->parsed())
-      code = render(arguments, scene, folder, filter);
+      code = render(arguments, scene, folder, filter, isOnGpu);
     else if (walkCommand->parsed())
       code = cli::walk(walked, walkFolder, steps);
     else if (reportCommand->parsed())

@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kWidth = 640, kHeight = 360, kResolution = 512;
 constexpr double kNear = 0.1, kFar = 200.0;
-constexpr double kHysteresis = 0.25;
+constexpr double kHysteresis = 0.5;
 constexpr std::uint8_t kNoMap = 255;
 
 // t: from 0 to 1. From a tenth to nine tenths of the longer side, at a fifth of the height, looking ahead and to both sides.

@@ -20,11 +20,11 @@
           X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays) X(DepthFunc) X(Disable) X(DispatchCompute) \
               X(DrawArrays) X(DrawBuffer) X(DrawBuffers) X(DrawElements) X(DrawElementsInstanced) X(Enable) X(EnableVertexAttribArray)     \
                   X(Finish) X(FramebufferTexture) X(FramebufferTexture2D) X(FramebufferTextureLayer) X(GenBuffers) X(GenFramebuffers)      \
-                      X(GenTextures) X(GenVertexArrays) X(MapBufferRange) X(UnmapBuffer) X(MemoryBarrier) X(GetActiveUniformsiv) X(GetError) X(GetIntegerv) X(GetProgramInfoLog)             \
+                      X(GenTextures) X(GenVertexArrays) X(MapBufferRange) X(UnmapBuffer) X(MemoryBarrier) X(MultiDrawElementsIndirect) X(GetActiveUniformsiv) X(GetError) X(GetIntegerv) X(GetProgramInfoLog)             \
                           X(GetProgramiv) X(GetShaderInfoLog) X(GetShaderiv) X(GetString) X(GetTexImage) X(GetUniformBlockIndex)           \
                               X(GetUniformIndices) X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadBuffer) X(ReadPixels)         \
                                   X(Scissor) X(ShaderSource) X(TexImage2D) X(TexImage3D) X(TexParameteri) X(Uniform1f) X(Uniform1i)        \
-                                      X(Uniform3f) X(UniformBlockBinding) X(UniformMatrix4fv) X(UseProgram) X(VertexAttribPointer)         \
+                                      X(Uniform3f) X(UniformBlockBinding) X(UniformMatrix4fv) X(UseProgram) X(VertexAttribDivisor) X(VertexAttribIPointer) X(VertexAttribPointer)         \
                                           X(Viewport)
 // clang-format on
 

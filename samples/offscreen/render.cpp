@@ -4,11 +4,15 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <functional>
+#include <numeric>
 
 #include <glm/glm.hpp>
 
 #include "gl.h"
 #include "gnomon/cast.h"
+#include "gnomon/pssm.h"
+#include "sampled_maps.h"
 #include "shader.h"
 
 namespace gnomon::offscreen {
@@ -45,10 +49,11 @@ void main() { gl_FragDepth = gnomonCastDepth(depth); }
 constexpr const char* kAtlasVertex = R"(
 #include "gnomon_cast.glsl"
 layout(location = 0) in vec3 world;
+layout(location = 1) in int map;  // the instance: gl_InstanceID would leave out where an indirect draw begins to count
 out float gl_ClipDistance[4];
 void main() {
-  gl_Position = gnomonCastAtlas(gnomon, gl_InstanceID, world);
-  vec4 inside = gnomonCastClip(gnomon, gl_InstanceID, world);
+  gl_Position = gnomonCastAtlas(gnomon, map, world);
+  vec4 inside = gnomonCastClip(gnomon, map, world);
   for (int i = 0; i < 4; ++i) gl_ClipDistance[i] = inside[i];
 }
 )";
@@ -129,11 +134,9 @@ void main() { gl_Position = clipFromWorld * vec4(position, 1.0); }
 // By Filter. A program for each: a branch would put the cost of all three into every frame.
 constexpr std::array<const char*, 3> kShadowFunctions{"gnomonShadow", "gnomonShadow3x3", "gnomonShadowTent"};
 
-// Triangles that lie together, drawn or culled as one.
-struct Chunk {
-  Box bounds;
-  std::size_t first, count;  // indices
-};
+using Clock = std::chrono::steady_clock;
+
+double millisecondsSince(Clock::time_point start) { return std::chrono::duration<double, std::milli>(Clock::now() - start).count(); }
 
 std::uint32_t spread(std::uint32_t x) {
   x = (x | (x << 16)) & 0x030000ffu;
@@ -329,21 +332,29 @@ void shade(const Frame& frame, const glm::dvec3& originWs, const std::vector<flo
 
 struct Renderer::State {
   std::unique_ptr<Context> context;
-  GLuint cast = 0, flat = 0, atlas = 0, layer = 0, depth = 0, vertexArray = 0, vertices = 0, elements = 0, block = 0;
+  GLuint castProgram = 0, flatProgram = 0, atlasProgram = 0, layerProgram = 0, depthProgram = 0, vertexArray = 0, vertices = 0,
+         elements = 0, instances = 0, block = 0;
   std::array<GLuint, kShadowFunctions.size()> views{};
   std::unique_ptr<Texture> normals;
+  std::unique_ptr<SampledMaps> sampled;  // from the first view on that asks
   Mesh mesh;
   bool isPlaced = false;  // positions are on the device, relative to origin
   glm::dvec3 origin{0.0};
   std::vector<Chunk> chunks;
   std::vector<std::uint32_t> indices;
 
+  void drawDepths(const Frame& frame, int width, int height, const Texture& depth);
+  void prepareSampled(const Frame& frame, int width, int height, Solution& place);
+  // make: leaves the block, bound, and the commands of the maps' draw; empty: they are the solution's.
+  RenderOutput draw(const Frame& frame, const Solution& solution, const RenderOptions& options, const std::function<void()>& make);
+
   ~State() {
     if (!context) return;
     normals.reset();
-    for (const GLuint program : {cast, flat, atlas, layer, depth}) gl::DeleteProgram(program);
+    sampled.reset();
+    for (const GLuint program : {castProgram, flatProgram, atlasProgram, layerProgram, depthProgram}) gl::DeleteProgram(program);
     for (const GLuint program : views) gl::DeleteProgram(program);
-    for (GLuint* buffer : {&vertices, &elements, &block}) gl::DeleteBuffers(1, buffer);
+    for (GLuint* buffer : {&vertices, &elements, &instances, &block}) gl::DeleteBuffers(1, buffer);
     gl::DeleteVertexArrays(1, &vertexArray);
   }
 
@@ -398,16 +409,25 @@ Renderer::Renderer(Backend backend, const std::string& version) : state_(std::ma
       gl::UniformBlockBinding(program, block, 0);
     return program;
   };
-  state_->cast = build({{GL_VERTEX_SHADER, kCastVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
-  state_->flat = build({{GL_VERTEX_SHADER, kFlatVertex}, {GL_FRAGMENT_SHADER, kFlatFragment}});
-  state_->atlas = build({{GL_VERTEX_SHADER, kAtlasVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
-  state_->layer = build({{GL_VERTEX_SHADER, kLayerVertex}, {GL_GEOMETRY_SHADER, kLayerGeometry}, {GL_FRAGMENT_SHADER, kCastFragment}});
-  state_->depth = build({{GL_VERTEX_SHADER, kDepthVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
+  state_->castProgram = build({{GL_VERTEX_SHADER, kCastVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
+  state_->flatProgram = build({{GL_VERTEX_SHADER, kFlatVertex}, {GL_FRAGMENT_SHADER, kFlatFragment}});
+  state_->atlasProgram = build({{GL_VERTEX_SHADER, kAtlasVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
+  state_->layerProgram =
+      build({{GL_VERTEX_SHADER, kLayerVertex}, {GL_GEOMETRY_SHADER, kLayerGeometry}, {GL_FRAGMENT_SHADER, kCastFragment}});
+  state_->depthProgram = build({{GL_VERTEX_SHADER, kDepthVertex}, {GL_FRAGMENT_SHADER, kCastFragment}});
   for (std::size_t i = 0; i < kShadowFunctions.size(); ++i)
     state_->views[i] = build(
         {{GL_VERTEX_SHADER, kViewVertex}, {GL_FRAGMENT_SHADER, std::string("#define SHADOW ") + kShadowFunctions[i] + kViewFragment}});
   gl::GenVertexArrays(1, &state_->vertexArray);
-  for (GLuint* buffer : {&state_->vertices, &state_->elements, &state_->block}) gl::GenBuffers(1, buffer);
+  for (GLuint* buffer : {&state_->vertices, &state_->elements, &state_->instances, &state_->block}) gl::GenBuffers(1, buffer);
+  std::array<std::int32_t, kMaxPartitions> maps{};
+  std::iota(maps.begin(), maps.end(), 0);
+  gl::BindVertexArray(state_->vertexArray);
+  gl::BindBuffer(GL_ARRAY_BUFFER, state_->instances);
+  gl::BufferData(GL_ARRAY_BUFFER, sizeof maps, maps.data(), GL_STATIC_DRAW);
+  gl::EnableVertexAttribArray(1);
+  gl::VertexAttribIPointer(1, 1, GL_INT, 0, nullptr);
+  gl::VertexAttribDivisor(1, 1);
 }
 
 Renderer::~Renderer() {
@@ -424,14 +444,12 @@ void Renderer::load(const Mesh& mesh) {
   state_->load(mesh);
 }
 
-std::vector<float> Renderer::depths(const Frame& frame, int width, int height) {
-  State& s = *state_;
-  s.context->makeCurrent();
-  if (s.indices.empty()) throw std::runtime_error("Renderer: no mesh was loaded");
+// The depth buffer of the camera's view, in a texture. The framebuffer stays bound.
+void Renderer::State::drawDepths(const Frame& frame, int width, int height, const Texture& depth) {
+  if (indices.empty()) throw std::runtime_error("Renderer: no mesh was loaded");
   const glm::dvec3 originWs = frame.worldSpace ? glm::dvec3(0.0) : frame.camera.positionWs;
-  s.place(originWs);
-  const Framebuffer target;
-  const Texture depth(GL_TEXTURE_2D);
+  place(originWs);
+  depth.bind(GL_TEXTURE0);
   gl::TexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, width, height, 0, GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
   gl::FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth.name(), 0);
   gl::DrawBuffer(GL_NONE);
@@ -441,25 +459,89 @@ std::vector<float> Renderer::depths(const Frame& frame, int width, int height) {
   gl::Enable(GL_DEPTH_TEST);
   gl::Viewport(0, 0, width, height);
   gl::Clear(GL_DEPTH_BUFFER_BIT);
-  gl::UseProgram(s.depth);
+  gl::UseProgram(depthProgram);
   const glm::mat4 clip = clipFromRelative(frame.camera, originWs);
-  gl::UniformMatrix4fv(gl::GetUniformLocation(s.depth, "clipFromWorld"), 1, GL_FALSE, &clip[0][0]);
-  gl::BindVertexArray(s.vertexArray);
-  gl::DrawElements(GL_TRIANGLES, static_cast<GLsizei>(s.indices.size()), GL_UNSIGNED_INT, nullptr);
+  gl::UniformMatrix4fv(gl::GetUniformLocation(depthProgram, "clipFromWorld"), 1, GL_FALSE, &clip[0][0]);
+  gl::BindVertexArray(vertexArray);
+  gl::DrawElements(GL_TRIANGLES, static_cast<GLsizei>(indices.size()), GL_UNSIGNED_INT, nullptr);
+}
+
+std::vector<float> Renderer::depths(const Frame& frame, int width, int height) {
+  state_->context->makeCurrent();
+  const Framebuffer target;
+  const Texture depth(GL_TEXTURE_2D);
+  state_->drawDepths(frame, width, height, depth);
   std::vector<float> out(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   gl::ReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, out.data());
   if (const GLenum error = gl::GetError(); error != GL_NO_ERROR) throw std::runtime_error("OpenGL: error " + std::to_string(error));
   return out;
 }
 
-RenderOutput Renderer::render(const Frame& frame, const Solution& solution, const RenderOptions& options) {
+ReduceTimes Renderer::timeReductions(const Frame& frame, int width, int height) {
+  constexpr std::size_t kRepetitions = 9;
+  state_->context->makeCurrent();
+  const Framebuffer target;
+  const Texture depth(GL_TEXTURE_2D);
+  state_->drawDepths(frame, width, height, depth);
+  const auto place = std::make_unique<Solution>();
+  state_->prepareSampled(frame, width, height, *place);
+  std::array<std::array<double, kRepetitions>, 2> ms{};
+  if (place->partitionCount == 0) return {};
+  for (const ReduceBy way : {ReduceBy::fragments, ReduceBy::workgroups}) state_->sampled->reduce(way, depth.name());  // warm
+  for (std::size_t i = 0; i < kRepetitions; ++i)
+    for (const ReduceBy way : {ReduceBy::fragments, ReduceBy::workgroups}) {
+      gl::Finish();
+      const auto start = Clock::now();
+      state_->sampled->reduce(way, depth.name());
+      gl::Finish();
+      ms[static_cast<std::size_t>(way)][i] = millisecondsSince(start);
+    }
+  for (auto& each : ms) std::nth_element(each.begin(), each.begin() + kRepetitions / 2, each.end());
+  if (const GLenum error = gl::GetError(); error != GL_NO_ERROR) throw std::runtime_error("OpenGL: error " + std::to_string(error));
+  return {ms[0][kRepetitions / 2], ms[1][kRepetitions / 2]};
+}
+
+// Where the maps of the view's samples are put.
+void Renderer::State::prepareSampled(const Frame& frame, int width, int height, Solution& place) {
+  if (frame.samples || frame.worldSpace || frame.shadowMap.layout != MapLayout::atlas)
+    throw std::runtime_error("Renderer: sampled maps are those of a whole view, camera-relative, in an atlas");
+  if (const Status status = solvePssm(frame, {.split = {}, .fit = FitMode::slice}, place); status != Status::ok)
+    throw std::runtime_error(std::string(statusField(status)) + ": " + statusRule(status));
+  if (!sampled) sampled = std::make_unique<SampledMaps>();
+  if (place.partitionCount > 0) sampled->prepare(frame, place, width, height, chunks);
+}
+
+RenderOutput Renderer::renderSampled(const Frame& frame, ReduceBy way, Solution& solution, const RenderOptions& options) {
   State& s = *state_;
   s.context->makeCurrent();
-  if (s.indices.empty()) throw std::runtime_error("Renderer: no mesh was loaded");
-  s.place(solution.originWs);
-  gl::BindBuffer(GL_UNIFORM_BUFFER, s.block);
+  const Texture depth(GL_TEXTURE_2D);
+  {
+    const Framebuffer target;
+    s.drawDepths(frame, options.width, options.height, depth);
+  }
+  s.prepareSampled(frame, options.width, options.height, solution);
+  if (solution.partitionCount == 0) return s.draw(frame, solution, options, {});
+  RenderOutput out = s.draw(frame, solution, options, [&] {
+    s.sampled->reduce(way, depth.name());
+    s.sampled->make(way);
+    gl::BindBufferBase(GL_UNIFORM_BUFFER, 0, s.sampled->block());
+  });
+  out.shadowTriangles = s.sampled->read(frame, solution);
+  return out;
+}
+
+RenderOutput Renderer::render(const Frame& frame, const Solution& solution, const RenderOptions& options) {
+  state_->context->makeCurrent();
+  return state_->draw(frame, solution, options, {});
+}
+
+RenderOutput Renderer::State::draw(const Frame& frame, const Solution& solution, const RenderOptions& options,
+                                   const std::function<void()>& make) {
+  if (indices.empty()) throw std::runtime_error("Renderer: no mesh was loaded");
+  place(solution.originWs);
+  gl::BindBuffer(GL_UNIFORM_BUFFER, block);
   gl::BufferData(GL_UNIFORM_BUFFER, sizeof solution.block, &solution.block, GL_DYNAMIC_DRAW);
-  gl::BindBufferBase(GL_UNIFORM_BUFFER, 0, s.block);
+  gl::BindBufferBase(GL_UNIFORM_BUFFER, 0, block);
 
   RenderOutput out;
   out.width = options.width;
@@ -493,31 +575,34 @@ RenderOutput Renderer::render(const Frame& frame, const Solution& solution, cons
   const auto drawMaps = [&] {
     out.shadowTriangles = 0;
     if (solution.partitionCount == 0) return;
+    if (make) make();
     mapTarget.bind();
     setConvention(frame.shadowMap.depth, frame.shadowMap.style == ClipStyle::direct3d);
     gl::Enable(GL_DEPTH_TEST);
     const bool byFragment = options.castPath == CastPath::fragmentDepth;
     if (solution.depthClamp && !byFragment) gl::Enable(GL_DEPTH_CLAMP);
-    gl::BindVertexArray(s.vertexArray);
-    if (options.castPath == CastPath::wholeAtlas || options.castPath == CastPath::layers) {
-      const bool isAtlas = options.castPath == CastPath::wholeAtlas;
-      const auto count = static_cast<GLsizei>(s.indices.size());
+    gl::BindVertexArray(vertexArray);
+    if (make || options.castPath == CastPath::wholeAtlas || options.castPath == CastPath::layers) {
+      const bool isAtlas = make || options.castPath == CastPath::wholeAtlas;
+      const auto count = static_cast<GLsizei>(indices.size());
       gl::FramebufferTexture(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, maps.name(), 0);
       Framebuffer::require();
       gl::Viewport(0, 0, atlas.x, atlas.y);
       gl::Clear(GL_DEPTH_BUFFER_BIT);
-      gl::UseProgram(isAtlas ? s.atlas : s.layer);
+      gl::UseProgram(isAtlas ? atlasProgram : layerProgram);
       for (GLenum i = 0; isAtlas && i < 4; ++i) gl::Enable(GL_CLIP_DISTANCE0 + i);
-      if (isAtlas)
+      if (make)
+        sampled->draw();
+      else if (isAtlas)
         gl::DrawElementsInstanced(GL_TRIANGLES, count, GL_UNSIGNED_INT, nullptr, solution.partitionCount);
       else
         gl::DrawElements(GL_TRIANGLES, count, GL_UNSIGNED_INT, nullptr);
       for (GLenum i = 0; i < 4; ++i) gl::Disable(GL_CLIP_DISTANCE0 + i);
-      out.shadowTriangles = s.indices.size() / 3 * static_cast<std::size_t>(solution.partitionCount);
+      out.shadowTriangles = indices.size() / 3 * static_cast<std::size_t>(solution.partitionCount);
       gl::Disable(GL_DEPTH_CLAMP);
       return;
     }
-    const GLuint program = byFragment ? s.flat : s.cast;
+    const GLuint program = byFragment ? flatProgram : castProgram;
     gl::UseProgram(program);
     for (int layer = 0; layer < layers; ++layer) {
       gl::FramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, maps.name(), 0, layer);
@@ -531,7 +616,7 @@ RenderOutput Renderer::render(const Frame& frame, const Solution& solution, cons
         gl::Viewport(map.viewport.x, map.viewport.y, map.viewport.z, map.viewport.w);
         gl::Scissor(map.viewport.x, map.viewport.y, map.viewport.z, map.viewport.w);
         gl::Uniform1i(gl::GetUniformLocation(program, "index"), i);
-        for (const Chunk& chunk : s.chunks) {
+        for (const Chunk& chunk : chunks) {
           if (!mayCast(map, chunk.bounds)) continue;
           out.shadowTriangles += chunk.count / 3;
           gl::DrawElements(GL_TRIANGLES, static_cast<GLsizei>(chunk.count), GL_UNSIGNED_INT,
@@ -551,7 +636,7 @@ RenderOutput Renderer::render(const Frame& frame, const Solution& solution, cons
     const std::array<float, 4> nothing{0.0f, 0.0f, 0.0f, -1.0f};
     for (GLint i = 0; i < 3; ++i) gl::ClearBufferfv(GL_COLOR, i, nothing.data());
     gl::Clear(GL_DEPTH_BUFFER_BIT);
-    const GLuint view = s.views[static_cast<std::size_t>(options.filter)];
+    const GLuint view = views[static_cast<std::size_t>(options.filter)];
     gl::UseProgram(view);
     const auto location = [&](const char* name) { return gl::GetUniformLocation(view, name); };
     const glm::mat4 clip = clipFromRelative(frame.camera, solution.originWs);
@@ -566,22 +651,20 @@ RenderOutput Renderer::render(const Frame& frame, const Solution& solution, cons
     gl::Uniform1i(location("maps"), 0);
     gl::Uniform1i(location("normals"), 1);
     maps.bind(GL_TEXTURE0);
-    s.normals->bind(GL_TEXTURE1);
-    gl::BindVertexArray(s.vertexArray);
-    gl::DrawElements(GL_TRIANGLES, static_cast<GLsizei>(s.indices.size()), GL_UNSIGNED_INT, nullptr);
+    normals->bind(GL_TEXTURE1);
+    gl::BindVertexArray(vertexArray);
+    gl::DrawElements(GL_TRIANGLES, static_cast<GLsizei>(indices.size()), GL_UNSIGNED_INT, nullptr);
   };
 
   for (int pass = 0; pass < (options.time ? 2 : 1); ++pass) {
-    using Clock = std::chrono::steady_clock;
-    const auto ms = [](Clock::duration d) { return std::chrono::duration<double, std::milli>(d).count(); };
     gl::Finish();
     const auto start = Clock::now();
     drawMaps();
     gl::Finish();
-    out.shadowMs = ms(Clock::now() - start);
+    out.shadowMs = millisecondsSince(start);
     drawView();
     gl::Finish();
-    out.frameMs = ms(Clock::now() - start);
+    out.frameMs = millisecondsSince(start);
   }
   if (const GLenum error = gl::GetError(); error != GL_NO_ERROR) throw std::runtime_error("OpenGL: error " + std::to_string(error));
 

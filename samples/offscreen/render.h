@@ -49,6 +49,16 @@ struct RenderOutput {
   double shadowMs = 0.0, frameMs = 0.0;  // shadow passes; these and the camera's pass, finished
 };
 
+// How a depth buffer is reduced on the device: tiles in fragment shaders (OpenGL 3.3), or compute shaders (4.3).
+enum class ReduceBy { fragments, workgroups };
+
+// Milliseconds, medians of nine in turn.
+struct ReduceTimes {
+  double fragments = 0.0, workgroups = 0.0;
+
+  [[nodiscard]] ReduceBy faster() const { return workgroups < fragments ? ReduceBy::workgroups : ReduceBy::fragments; }
+};
+
 class Renderer {
  public:
   // version: of the GLSL language, "330 core" or "450". Throws std::runtime_error.
@@ -60,6 +70,14 @@ class Renderer {
 
   // Throws std::runtime_error where the driver refuses or no mesh was loaded.
   [[nodiscard]] RenderOutput render(const Frame& frame, const Solution& solution, const RenderOptions& options = {});
+
+  // The same of sample distribution shadow maps that the device makes of the view's own depth buffer, drawn indirectly: nothing is read back before.
+  // solution: becomes what was made, for judging. Its maps are as many as the budget's and lie in one atlas; options.castPath is not read.
+  // shadowMs holds the reduction. Throws too where the library refuses.
+  [[nodiscard]] RenderOutput renderSampled(const Frame& frame, ReduceBy way, Solution& solution, const RenderOptions& options = {});
+
+  // How long the depth buffer of such a view takes to reduce on this device, each way.
+  [[nodiscard]] ReduceTimes timeReductions(const Frame& frame, int width, int height);
 
   // The depth buffer of the camera's view alone, as its API stores it: bottom row first, width x height.
   [[nodiscard]] std::vector<float> depths(const Frame& frame, int width, int height);

@@ -68,7 +68,8 @@ void holdRectangles(const Frame& frame, const Region& region, const LightSpace& 
   if (state.mapCount != splits.count) std::fill_n(state.maps, kMaxPartitions, LightRectangle{});
   state.mapCount = splits.count;
   for (int i = 0; i < splits.count; ++i) {
-    const MapFit fit = fitSlice(region, footprints[i], mode, region.pixelSlope * splits.slices[i].near + region.pixelBase);
+    MapFit fit;
+    fitSlice(region, footprints[i], mode, region.pixelSlope * splits.slices[i].near + region.pixelBase, fit);
     LightRectangle& held = state.maps[i];
     const double most = (1.0 + hysteresis) * (1.0 + hysteresis) * fit.size.x * fit.size.y;
     bool isHeld = held.size.x > 0.0 && held.size.x * held.size.y <= most;

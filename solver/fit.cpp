@@ -228,13 +228,12 @@ void cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& e
   if (frame.shadowMap.depth == DepthConvention::negativeOneToOne) perDepth *= 2.0, byW = -1.0;
   if (frame.shadowMap.depth == DepthConvention::reversedZeroToOne) perDepth *= -1.0, byW = 1.0;
   byW += (centre - fit.depthNear) * perDepth;
-  // From world - eye, where a directional light's space begins and which it takes without perspective.
-  for (int c = 0; c < 3; ++c) {
-    const glm::dvec3 ls(light.lsFromWorld[c]);
-    const double clipW = w.x * ls.x + w.y * ls.y;
-    clipFromWorld[c] = {x.x * ls.x + x.y * ls.y, y.x * ls.x + y.y * ls.y, ls.z * perDepth + clipW * byW, clipW};
+  for (int c = 0; c < 4; ++c) {  // from world - eye
+    const glm::dvec4& ls = light.lsFromWorld[c];
+    const auto over = [&](const glm::dvec3& row) { return row.x * ls.x + row.y * ls.y + row.z * ls.w; };
+    const double clipW = over(w);
+    clipFromWorld[c] = {over(x), over(y), (ls.z - ls.w * centre) * perDepth + clipW * byW, clipW};
   }
-  clipFromWorld[3] = {x.z, y.z, w.z * byW - centre * perDepth, w.z};
   if (eyeMinusOriginWs != glm::dvec3(0.0)) clipFromWorld[3] -= clipFromWorld * glm::dvec4(eyeMinusOriginWs, 0.0);  // w too
 }
 

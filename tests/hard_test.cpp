@@ -137,12 +137,12 @@ bool isAllowed(const HardCase& c, Status status) {
 }
 
 std::string verify(const HardCase& c, const Solution& solution, Random& random) {
+  if (!isFinite(solution)) return "not finite";
   if (solution.status != Status::ok) {
     if (solution.partitionCount != 0 || solution.block.info.x != 0u) return "refused with partitions";
     if (!*statusField(solution.status) || !*statusRule(solution.status)) return "refused without a reason";
     return isAllowed(c, solution.status) ? "" : std::string("refused: ") + statusField(solution.status) + " " + statusRule(solution.status);
   }
-  if (!isFinite(solution)) return "not finite";
   if (solution.partitionCount > c.frame.budget.partitions) return "too many partitions";
   for (int i = 0; i < solution.partitionCount; ++i) {
     const glm::ivec4& v = solution.partitions[i].viewport;

@@ -40,7 +40,7 @@ Status splitByChoice(const Frame& frame, const Region& region, const LightSpace&
 // are part of them, and more than the fits know. False where nothing can be made, or nothing is to be shadowed.
 bool makeBest(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings, const MapSettings& making,
               int most, Solution& solution) noexcept {
-  MapSettings roughly = making;
+  MapSettings roughly = making, searching = making;
   roughly.warp.warp = Warp::lispsm;
   Splits splits;
   MapFits maps;
@@ -63,7 +63,8 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
     const double roughTexels = maps.neededTexels;
     if (!(roughTexels < hopeless * least)) return false;
     std::copy_n(maps.fits, splits.count, rough);
-    refitMaps(region, light, splits, making, maps);
+    searching.most = least;
+    refitMaps(region, light, splits, searching, maps);
     bool isBetter = false;
     const auto make = [&](const MapSettings& by) {
       if (!(maps.neededTexels < least)) return;  // what is made never needs less

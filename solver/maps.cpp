@@ -98,7 +98,7 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
   const WarpSettings warp = region.bounds.empty() ? settings.warp : WarpSettings{};
   const bool isWarping = maps.hasServed && warp.warp != Warp::none;
   maps.neededTexels = 0.0;
-  for (int i = 0; i < splits.count; ++i) {
+  for (int i = 0; i < splits.count && !(maps.neededTexels > settings.most); ++i) {
     MapFit& fit = maps.fits[i];
     if (const int like = maps.footprints[i].like; like != i) {
       copyFit(maps.fits[like], maps.footprints[i], fit);

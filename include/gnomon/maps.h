@@ -29,6 +29,7 @@ struct MapSettings {
   const LightRectangle* rectangles = nullptr;  // for each slice, instead of the least one; doubled: along (1, 0); null: none
   Shares shares = Shares::equal;
   const WarpHint* hints = nullptr;  // where the search of each slice's least warp begins; null: everywhere
+  double most = kInfinity;  // texels: maps that need more are not fitted further, and only that they do is then known
   int chained = 0;  // where > 0, each slice's search but the first begins with the map before's and tries so many shapes beside it
 };
 

@@ -43,7 +43,7 @@ int makeHull(const glm::dvec3* points, int count, glm::dvec2* hull) noexcept {
 // edge are extended until they meet.
 int simplifyHull(glm::dvec2* hull, int count, int most) noexcept {
   for (; count > most; --count) {
-    const auto vertex = [&](int i) -> glm::dvec2& { return hull[i % count]; };
+    const auto vertex = [&](int i) -> glm::dvec2& { return hull[i < count ? i : i - count]; };
     int best = 0;
     double leastArea = kInfinity;
     glm::dvec2 apex = hull[0];
@@ -59,7 +59,7 @@ int simplifyHull(glm::dvec2* hull, int count, int most) noexcept {
     }
     if (!(leastArea < kInfinity)) return count;
     vertex(best) = apex;
-    const int gone = (best + 1) % count;
+    const int gone = best + 1 < count ? best + 1 : 0;
     std::copy(hull + gone + 1, hull + count, hull + gone);
   }
   return count;

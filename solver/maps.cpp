@@ -204,7 +204,6 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
     solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;
   }
-  double farthest = 0.0;
   for (int m = 0; m < made.count; ++m) {
     const int i = sliceOf[m];
     Partition& map = solution.partitions[m];
@@ -214,7 +213,6 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     map.planeCount = splits.isWedged ? writePlanes(region, splits.wedges[i], map.planes) : 0;
     const double texel = std::max(fit.stretch.x * fit.size.x / map.viewport.z, fit.stretch.y * fit.size.y / map.viewport.w);
     const double grow = texel * (1.0 + frame.margin.filter + frame.margin.normalOffset) + region.unevenness + frame.margin.motion[m];
-    farthest = std::max(farthest, footprint.reach + grow);
     if (footprint.like == i) makeSides(region, light, footprint, cullShape);
     map.cullPlaneCount = makeCullPlanes(cullShape, footprint, grow, map.cullPlanes);
   }
@@ -228,12 +226,9 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
   solution.layers = frame.shadowMap.layout == MapLayout::layers ? made.count : atlas.layers;
   solution.warnings = warnings;
   solution.storageFactor = solution.neededTexels / (frame.image.width * frame.image.height);
-  // Where rows over so much are told by numbers of which GPUs may take some for 0: below float32's normal range.
-  using Float = std::numeric_limits<float>;
-  constexpr double kMost = static_cast<double>(Float::epsilon()) / static_cast<double>(Float::min());
-  const bool isHeld = farthest <= kMost && writeBlock(frame, region, light, made, maps.byViewDepth, clipFromWorld, solution) &&
-                      std::isfinite(solution.maxError) && std::isfinite(solution.storageFactor) && std::isfinite(solution.limitTexels);
-  return isHeld ? Status::ok : Status::floatRange;
+  const bool isFinite = writeBlock(frame, region, light, made, maps.byViewDepth, clipFromWorld, solution) &&
+                        std::isfinite(solution.maxError) && std::isfinite(solution.storageFactor) && std::isfinite(solution.limitTexels);
+  return isFinite ? Status::ok : Status::floatRange;
 }
 
 }  // namespace gnomon

@@ -39,25 +39,26 @@ int makeHull(const glm::dvec3* points, int count, glm::dvec2* hull) noexcept {
   return size;
 }
 
-// Makes a convex polygon of at most `most` vertices around one of more: edge by edge where it adds the least area, the neighbours of an
-// edge are extended until they meet.
+// Makes a convex polygon of at most `most` vertices around one of more: edge by edge, the neighbours of an edge are extended until they meet,
+// first where that is least far. By area the short end of a thin polygon would come early, and its apex lie anywhere.
 int simplifyHull(glm::dvec2* hull, int count, int most) noexcept {
   for (; count > most; --count) {
     const auto vertex = [&](int i) -> glm::dvec2& { return hull[i < count ? i : i - count]; };
     int best = 0;
-    double leastArea = kInfinity;
+    double least = kInfinity;  // squared
     glm::dvec2 apex = hull[0];
     for (int i = 0; i < count; ++i) {
       const glm::dvec2 before = vertex(i) - vertex(i + count - 1), edge = vertex(i + 1) - vertex(i), after = vertex(i + 2) - vertex(i + 1);
       const double turn = cross2(before, after);
       if (!(turn > 0.0)) continue;  // they never meet
-      const double reach = cross2(edge, after) / turn, area = cross2(before, edge) * reach;
-      if (!(area < leastArea)) continue;
+      const glm::dvec2 onward = before * (cross2(edge, after) / turn), back = after * (cross2(before, edge) / turn);
+      const double far = std::max(glm::dot(onward, onward), glm::dot(back, back));
+      if (!(far < least)) continue;
       best = i;
-      leastArea = area;
-      apex = vertex(i) + before * reach;
+      least = far;
+      apex = vertex(i) + onward;
     }
-    if (!(leastArea < kInfinity)) return count;
+    if (!(least < kInfinity)) return count;
     vertex(best) = apex;
     const int gone = best + 1 < count ? best + 1 : 0;
     std::copy(hull + gone + 1, hull + count, hull + gone);

@@ -48,7 +48,9 @@ namespace {
 
 constexpr float kNever = 3e38f;  // a start that no depth reaches
 
-bool isFiniteMatrix(const mat4& m) noexcept { return (m[0] + m[1]) * 0.0f + (m[2] + m[3]) * 0.0f == vec4(0.0f); }
+bool isFiniteVector(const vec4& v) noexcept { return (v.x + v.y + v.z + v.w) * 0.0f == 0.0f; }
+
+bool isFiniteMatrix(const mat4& m) noexcept { return isFiniteVector((m[0] + m[1]) * 0.0f + (m[2] + m[3]) * 0.0f); }
 
 // Rounding of the window depth of a view depth, as depthQuantum has it, in window depth itself.
 double windowQuantum(const Camera& camera, double viewDepth, double window) noexcept {
@@ -181,8 +183,8 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
   const auto flags = (byViewDepth ? GNOMON_FLAG_VIEW_DEPTH : 0u) | (solution.depthClamp ? GNOMON_FLAG_DEPTH_CLAMP : 0u);
   block.info =
       uvec4(static_cast<unsigned>(count), flags, static_cast<unsigned>(GNOMON_LAYOUT_VERSION), static_cast<unsigned>(solution.layers));
-  const glm::dvec2 atlas(solution.atlas);
-  block.atlas = vec4(glm::dvec4(atlas, 1.0 / atlas));
+  const glm::dvec2 atlas(solution.atlas), perAtlas = 1.0 / atlas;
+  block.atlas = vec4(glm::dvec4(atlas, perAtlas));
   const glm::vec3 origin(solution.originWs);
   block.origin = vec4(origin, 0.0f);
   block.originRest = vec4(glm::vec3(solution.originWs - glm::dvec3(origin)), 0.0f);
@@ -195,8 +197,7 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
   block.bias = vec4(glm::dvec4(frame.bias.slope, frame.bias.constant, 0.0, 0.0));
 
   if (slices.rows.count > 0) writeRows(region, slices.rows, solution.originWs, block);
-  const auto isVectorFinite = [](const vec4& v) { return (v.x + v.y + v.z + v.w) * 0.0f == 0.0f; };
-  bool isFine = isVectorFinite(block.origin) && isVectorFinite(block.viewPlane) && isVectorFinite(block.depthRule);
+  bool isFine = isFiniteVector(block.origin) && isFiniteVector(block.viewPlane) && isFiniteVector(block.depthRule);
   for (int i = 0; i < slices.rows.count; ++i)
     isFine = isFine && std::isfinite(block.rows[i].x) && std::isfinite(block.rows[i].y) && std::isfinite(block.rows[i].z);
   for (int i = 0; i < count; ++i) {
@@ -205,12 +206,13 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
     out.clipFromWorld = map.clipFromWorld;
     out.atlasFromWorld = mat4(atlasMatrix(frame, clipFromWorld[i], map.viewport, solution.atlas));
     out.viewport = vec4(map.viewport);
-    const glm::dvec2 least = glm::dvec2(map.viewport.x, map.viewport.y) / atlas, size = glm::dvec2(map.viewport.z, map.viewport.w) / atlas;
+    const glm::dvec2 least = glm::dvec2(map.viewport.x, map.viewport.y) * perAtlas,
+                     size = glm::dvec2(map.viewport.z, map.viewport.w) * perAtlas;
     out.uvBounds = vec4(glm::dvec4(least, least + size));
     out.layer = vec4(static_cast<float>(map.layer), 0.0f, 0.0f, 0.0f);
     if (slices.isWedged) {
       writeWedge(region, slices.wedges[i], solution.originWs, out);
-      isFine = isFine && isVectorFinite(out.axis) && isVectorFinite(out.left) && isVectorFinite(out.right);
+      isFine = isFine && isFiniteVector(out.axis) && isFiniteVector(out.left) && isFiniteVector(out.right);
     } else {
       writeInterval(slices, i, count, camera, sign, frame.margin.blend, block);
     }

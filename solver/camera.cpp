@@ -143,13 +143,17 @@ void enclose(std::span<const Camera> cameras, const Camera& axis, glm::dvec3 (&c
 
 Status validate(const Camera& camera, double& value) noexcept {
   const bool isPerspective = camera.projection == Projection::perspective;
-  if (value = firstBad(camera.positionWs, 0.0); !isFinite(camera.positionWs)) return Status::cameraPosition;
+  const auto refuse = [&](const glm::dvec3& v, Status status) {
+    value = firstBad(v, 0.0);
+    return status;
+  };
+  if (!isFinite(camera.positionWs)) return refuse(camera.positionWs, Status::cameraPosition);
   const glm::dvec3 forward = unit(camera.forwardWs), up = unit(camera.upWs);
-  if (value = firstBad(camera.forwardWs, 0.0); !(glm::dot(forward, forward) > 0.0)) return Status::cameraForward;
+  if (!(glm::dot(forward, forward) > 0.0)) return refuse(camera.forwardWs, Status::cameraForward);
   // Below this the right vector is rounding noise; it is far under what any engine means by an up vector.
   constexpr double kParallel = 1e-12;
   const glm::dvec3 side = glm::cross(forward, up);
-  if (value = firstBad(camera.upWs, 0.0); !(glm::dot(side, side) > kParallel * kParallel)) return Status::cameraUp;
+  if (!(glm::dot(side, side) > kParallel * kParallel)) return refuse(camera.upWs, Status::cameraUp);
   value = camera.near;
   if (!std::isfinite(camera.near) || (isPerspective && !(camera.near > 0.0))) return Status::cameraNear;
   value = camera.far;

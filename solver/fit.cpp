@@ -216,12 +216,13 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
 
 void cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& eyeMinusOriginWs, const MapFit& fit,
                 glm::dmat4& clipFromWorld) noexcept {
-  const glm::dvec2 scale = 2.0 / fit.size;
   const double flip = frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0;
-  // Rows over (x, y, 1) of light space.
+  // Rows over (x, y, 1) of light space, clip x and y in pairs.
   const glm::dvec3 w = fit.w;
-  const glm::dvec3 x = fit.s * scale.x - w * (fit.least.x * scale.x + 1.0);
-  const glm::dvec3 y = (fit.t * scale.y - w * (fit.least.y * scale.y + 1.0)) * flip;
+  const Pair scale = {2.0 / fit.size.x, 2.0 / fit.size.y * flip}, least = {fit.least.x, fit.least.y}, one = {1.0, flip};
+  const Pair start = least * scale + one;
+  const auto pair = [&](int i) { return Pair{fit.s[i], fit.t[i]} * scale - start * w[i]; };
+  const Pair byX = pair(0), byY = pair(1), byOne = pair(2);
   // Depth over w: w is constant along a light ray, so depth stays linear there; w >= 1 keeps it in range, about any centre inside.
   const double centre = fit.isWarped ? fit.depthCentre : fit.depthNear;
   double perDepth = 1.0 / (fit.depthFar - fit.depthNear), byW = 0.0;
@@ -230,9 +231,9 @@ void cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& e
   byW += (centre - fit.depthNear) * perDepth;
   for (int c = 0; c < 4; ++c) {  // from world - eye
     const glm::dvec4& ls = light.lsFromWorld[c];
-    const auto over = [&](const glm::dvec3& row) { return row.x * ls.x + row.y * ls.y + row.z * ls.w; };
-    const double clipW = over(w);
-    clipFromWorld[c] = {over(x), over(y), (ls.z - ls.w * centre) * perDepth + clipW * byW, clipW};
+    const Pair clip = byX * ls.x + byY * ls.y + byOne * ls.w;
+    const double clipW = w.x * ls.x + w.y * ls.y + w.z * ls.w;
+    clipFromWorld[c] = {clip[0], clip[1], (ls.z - ls.w * centre) * perDepth + clipW * byW, clipW};
   }
   if (eyeMinusOriginWs != glm::dvec3(0.0)) clipFromWorld[3] -= clipFromWorld * glm::dvec4(eyeMinusOriginWs, 0.0);  // w too
 }

@@ -99,8 +99,12 @@ void look(const Cell& cell, const glm::dmat4& lsFromView, const Plane& axis, See
   for (int v = 0; v < cell.vertexCount; ++v) {
     const glm::dvec3& vs = cell.vertices[v];
     along[v] = glm::dot(axis.normal, vs) + axis.offset;
-    const auto row = [&](int r) { return lsFromView[0][r] * vs.x + lsFromView[1][r] * vs.y + lsFromView[2][r] * vs.z + lsFromView[3][r]; };
-    seen.vertices[v] = {row(0), row(1), row(2), seen.isAffine ? 1.0 : row(3), vs.z, along[v]};
+    const auto rows = [&](int r) {
+      const auto of = [&](int c) { return Pair{lsFromView[c][r], lsFromView[c][r + 1]}; };
+      return of(0) * vs.x + of(1) * vs.y + of(2) * vs.z + of(3);
+    };
+    const Pair xy = rows(0), depthW = rows(2);
+    seen.vertices[v] = {xy[0], xy[1], depthW[0], seen.isAffine ? 1.0 : depthW[1], vs.z, along[v]};
   }
   for (int i = 0; i < cell.edgeCount; ++i) {
     std::uint8_t from = cell.edges[i].from, to = cell.edges[i].to;

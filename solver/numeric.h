@@ -67,7 +67,7 @@ inline glm::dvec3 unit(const glm::dvec3& v) noexcept {
 // The axes of a view: columns right, up, forward. A product of nearly parallel vectors is across them only as far as rounding allows, so it
 // is set across once more.
 inline glm::dmat3 viewAxes(const glm::dvec3& forwardWs, const glm::dvec3& upWs) noexcept {
-  const glm::dvec3 forward = unit(forwardWs), across = unit(glm::cross(forward, unit(upWs)));
+  const glm::dvec3 forward = unit(forwardWs), across = glm::cross(forward, unit(upWs));
   const glm::dvec3 right = unit(across - forward * glm::dot(forward, across));
   return {right, glm::cross(right, forward), forward};
 }

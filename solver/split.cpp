@@ -91,6 +91,12 @@ bool append(const Region& region, DepthSpan slice, bool isLast, Splits& splits) 
   return true;
 }
 
+// The n-th root, by square roots as far as they go: pow costs more than two.
+double nthRoot(double x, int n) noexcept {
+  for (; n % 2 == 0; n /= 2) x = std::sqrt(x);
+  return n == 1 ? x : std::pow(x, 1.0 / n);
+}
+
 }  // namespace
 
 bool needsViewDepth(const Region& region, const Splits& splits) noexcept {
@@ -105,14 +111,15 @@ bool needsViewDepth(const Region& region, const Splits& splits) noexcept {
 }
 
 void padSlices(const Region& region, const Splits& splits, const Margin& margin, bool byViewDepth, DepthSpan* padded) noexcept {
+  if (splits.isWedged) {
+    std::copy_n(splits.slices, splits.count, padded);
+    return;
+  }
+  const Camera camera = region.camera;  // a copy, which `padded` cannot overlap: what is the same for all depths is found once
+  const auto quantum = [&](double z) { return std::max(viewQuantum(camera, z), byViewDepth ? 0.0 : depthQuantum(camera, z)); };
   double atFar = 0.0;
   for (int i = 0; i < splits.count; ++i) {
     const DepthSpan& slice = splits.slices[i];
-    padded[i] = slice;
-    if (splits.isWedged) continue;
-    const auto quantum = [&](double z) {
-      return std::max(viewQuantum(region.camera, z), byViewDepth ? 0.0 : depthQuantum(region.camera, z));
-    };
     const bool hasBefore = i > 0 && splits.slices[i - 1].far == slice.near;
     double near = slice.near - (hasBefore ? atFar : quantum(slice.near));
     if (hasBefore) near -= margin.blend * (slice.near - splits.slices[i - 1].near);
@@ -159,7 +166,7 @@ Status split(const Region& region, const SplitSettings& settings, int count, Spl
     const Stretch& stretch = stretches[s];
     const double near = stretch.span.near, far = stretch.span.far;
     const bool isUniform = settings.scheme == SplitScheme::uniform || !isPerspective;
-    const double ratio = isUniform ? 1.0 : std::pow(far / near, 1.0 / stretch.count);
+    const double ratio = isUniform ? 1.0 : nthRoot(far / near, stretch.count);
     const bool isPractical = settings.scheme == SplitScheme::practical && isPerspective;
     double from = near, logarithmic = near;
     for (int i = 1; i <= stretch.count; ++i) {

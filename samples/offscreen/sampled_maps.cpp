@@ -251,7 +251,8 @@ void SampledMaps::makeLevels(int parts, Levels& levels) {
     GLuint texture = 0;
     gl::GenTextures(1, &texture);
     bindTexture(kLevelUnit, texture);
-    for (const GLenum filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER}) gl::TexParameteri(GL_TEXTURE_2D, filter, GL_NEAREST);
+    for (const int filter : {GL_TEXTURE_MIN_FILTER, GL_TEXTURE_MAG_FILTER})
+      gl::TexParameteri(GL_TEXTURE_2D, static_cast<GLenum>(filter), GL_NEAREST);
     gl::TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, parts * size.x, size.y, 0, GL_RGBA, GL_FLOAT, nullptr);
     levels.textures.push_back(texture);
     levels.sizes.emplace_back(parts * size.x, size.y);
@@ -316,7 +317,7 @@ void SampledMaps::reduce(ReduceBy way, GLuint depths) {
   if (way == ReduceBy::fragments) {
     gl::BindFramebuffer(GL_FRAMEBUFFER, m_frame);
     gl::BindVertexArray(m_vertexArray);
-    for (const GLenum test : {GL_DEPTH_TEST, GL_SCISSOR_TEST, GL_DEPTH_CLAMP}) gl::Disable(test);
+    for (const int test : {GL_DEPTH_TEST, GL_SCISSOR_TEST, GL_DEPTH_CLAMP}) gl::Disable(static_cast<GLenum>(test));
     drawLevels(kFirstExtremes, m_extremes);
     bindTexture(kExtremesUnit, m_extremes.textures.back());
     drawLevels(kFirstBounds, m_bounds);

@@ -24,7 +24,7 @@ namespace gnomon::cli {
 
 [[nodiscard]] std::string base64(std::span<const std::uint8_t> bytes);
 
-// The median time of `repeat` whole solves, in nanoseconds; the answer is in `solution`.
+// The time of one of `repeat` whole solves, in nanoseconds: the median of some hundred batches of them; the answer is in `solution`.
 double timedSolve(const Case& input, int repeat, Solution& solution);
 
 }  // namespace gnomon::cli

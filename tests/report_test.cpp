@@ -103,7 +103,7 @@ Json record(const std::string& label, int order, const std::string& camera, doub
   out["frame_ms"] = {frame, frame, frame};
   out["shadow_ms"] = {1.0, 1.0, 1.0};
   out["wrong"] = out["wrong_near"] = wrong;
-  out["mean_error"] = out["mean_error_at_edges"] = out["max_error"] = mean;
+  out["mean_error"] = out["texel_across_edges"] = out["max_error"] = mean;
   for (const char* rest : {"shadow_triangles", "needed_over_limit", "wrong_share", "passes", "texels", "solve_us", "flips_camera",
                            "flips_light", "unserved", "wrong_distance"})
     out[rest] = 1.0;

@@ -196,7 +196,7 @@ int render(const SolveArguments& arguments, const std::string& scene, const std:
   std::cout << "wrong " << percent(wrong.share()) << " of " << wrong.counted << " pixels that face the light (" << wrong.wrongNear
             << " within a pixel of a true edge, " << wrong.wrongFar << " farther), " << std::setprecision(3) << wrong.perEdge()
             << " per edge pixel; predicted error " << picture.predicted.mean << " on average, " << percent(picture.predicted.overOne)
-            << " of the points over 1, " << picture.predictedAtEdges.mean << " at edges; " << folder << "/\n";
+            << " of the points over 1, " << picture.acrossEdges << " pixels across edges; " << folder << "/\n";
   return 0;
 }
 
@@ -291,7 +291,7 @@ int run(const std::string& file, const std::string& method, const std::string& f
   offscreen::Renderer renderer;
   std::cerr << "rendering on " << renderer.device() << ", " << kWidth << " x " << kHeight
             << ", four maps of 2048 x 2048 texels, unfiltered\n";
-  Table table({"scene", "light", "passes", "texels", "max error", "mean", "at edges", "needed/limit", "wrong", "near edge", "farther",
+  Table table({"scene", "light", "passes", "texels", "max error", "mean", "across edges", "needed/limit", "wrong", "near edge", "farther",
                "solve", "frame"});
   std::filesystem::create_directories(folder);
   for (const std::string& name : names) {
@@ -321,15 +321,15 @@ int run(const std::string& file, const std::string& method, const std::string& f
         texels += static_cast<double>(solution->partitions[i].viewport.z) * solution->partitions[i].viewport.w;
       const std::string ratio = solution->limitTexels > 0.0 ? number(solution->neededTexels / solution->limitTexels, 2) : "-";
       table.add({title + ", " + view.camera, view.light, std::to_string(solution->partitionCount), number(texels / 1e6, 1) + " M",
-                 number(solution->maxError, 2), number(picture.predicted.mean, 2), number(picture.predictedAtEdges.mean, 2), ratio,
+                 number(solution->maxError, 2), number(picture.predicted.mean, 2), number(picture.acrossEdges, 2), ratio,
                  percent(picture.wrong.share()), std::to_string(picture.wrong.wrongNear), std::to_string(picture.wrong.wrongFar),
                  number(ns / 1e3, 2) + " us", number(picture.image.frameMs, 0) + " ms"});
     }
   }
   const std::string text = table.text() +
                            "\nmax error: widest texel edge over a pixel's width, predicted; mean: over the points seen that face the "
-                           "light; at edges: over those at "
-                           "true shadow\nedges; needed/limit: texels for error 1 over the least that any map could do with; wrong: share "
+                           "light; across edges: pixels\nthat a texel is wide across true shadow edges, mean; needed/limit: texels for "
+                           "error 1 over the least that any map could do with; wrong: share "
                            "of the pixels that face "
                            "the light, against ray tracing; near edge: wrong pixels within one pixel of a true shadow edge. Pictures: " +
                            folder + "/*/\n";

@@ -30,8 +30,7 @@ Picture judgePicture(RenderOutput image, std::vector<std::uint8_t> truth, const 
   picture.counted = countedPixels(picture.truth, drawn.normal, frame.light.directionWs);
   picture.wrong = countWrong(drawn.width, drawn.height, drawn.lit, picture.truth, picture.counted);
   picture.predicted = predictedError(frame, solution, drawn.position, drawn.index, picture.counted);
-  picture.predictedAtEdges =
-      predictedError(frame, solution, drawn.position, drawn.index, edgePixels(drawn.width, drawn.height, picture.truth, picture.counted));
+  picture.acrossEdges = texelAcrossEdges(frame, solution, drawn, picture.truth, picture.counted);
   return picture;
 }
 

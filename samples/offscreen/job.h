@@ -33,7 +33,7 @@ struct Picture {
   std::vector<std::uint8_t> truth, counted;
   WrongPixels wrong;
   PredictedError predicted;  // over the counted pixels
-  PredictedError predictedAtEdges;  // over those that touch a true shadow edge: the only ones where a texel's width shows
+  double acrossEdges = 0.0;  // pixels that a texel is wide across true shadow edges, the only places where it shows (texelAcrossEdges)
 };
 
 // What should be seen of a drawn view: a ray for each of its points.

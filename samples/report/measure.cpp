@@ -318,7 +318,7 @@ std::vector<Json> Stage::measure(const Study& study, const View& view, double te
     record["needed_over_limit"] = solution.limitTexels > 0.0 ? Json(solution.neededTexels / solution.limitTexels) : Json(nullptr);
     record["max_error"] = solution.maxError;
     record["mean_error"] = picture.predicted.mean;
-    record["mean_error_at_edges"] = picture.predictedAtEdges.mean;
+    record["texel_across_edges"] = picture.acrossEdges;
     record["over_one"] = picture.predicted.overOne;
     record["shadow_triangles"] = picture.image.shadowTriangles;
     record["counted"] = wrong.counted;

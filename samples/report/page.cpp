@@ -235,22 +235,22 @@ std::string correlationHtml(std::vector<Correlation> all) {
   std::vector<double> budgets;
   for (const Correlation& each : all) {
     visible.push_back(each.overVisible);
-    edges.push_back(each.atEdges);
+    edges.push_back(each.acrossEdges);
     if (std::find(scenes.begin(), scenes.end(), each.scene) == scenes.end()) scenes.push_back(each.scene);
     if (std::find(budgets.begin(), budgets.end(), each.texels) == budgets.end()) budgets.push_back(each.texels);
   }
   std::string out =
       "<p>Spearman's rank correlation, across methods, of the predicted mean error with wrong pixels near true edges: median <b>" +
       text("%.3f", median(visible)) + "</b>, least <b>" + text("%.3f", *std::min_element(visible.begin(), visible.end())) +
-      "</b>. With the mean taken at true shadow edges alone, the only points where a texel's width shows: median " +
-      text("%.3f", median(edges)) + ". In the table: over visible points / at edges.</p>\n<table><thead><tr><th>scene</th>";
+      "</b>. Of the pixels that a texel is wide across true shadow edges, where alone it shows: median " + text("%.3f", median(edges)) +
+      ". In the table: over visible points / across edges.</p>\n<table><thead><tr><th>scene</th>";
   for (const double texels : budgets) out += "<th>" + texelText(texels) + "</th>";
   out += "</tr></thead><tbody>\n";
   for (const std::string& scene : scenes) {
     out += "<tr><th>" + escaped(titleOf(scene)) + "</th>";
     for (const double texels : budgets) {
       const auto each = std::find_if(all.begin(), all.end(), [&](const Correlation& c) { return c.scene == scene && c.texels == texels; });
-      out += each == all.end() ? "<td></td>" : text("<td>%.2f / %.2f</td>", each->overVisible, each->atEdges);
+      out += each == all.end() ? "<td></td>" : text("<td>%.2f / %.2f</td>", each->overVisible, each->acrossEdges);
     }
     out += "</tr>\n";
   }
@@ -356,7 +356,7 @@ std::string baselineOf(const std::vector<Row>& rows) { return rows.empty() ? "" 
 // Name, of what a record is a value.
 constexpr std::array<const char*, 27> kValues{"solve_us",      "passes",           "texels",
                                               "needed_texels", "limit_texels",     "needed_over_limit",
-                                              "max_error",     "mean_error",       "mean_error_at_edges",
+                                              "max_error",     "mean_error",       "texel_across_edges",
                                               "over_one",      "shadow_triangles", "shadow_ms",
                                               "frame_ms",      "counted",          "edge",
                                               "wrong",         "wrong_near",       "wrong_far",
@@ -451,7 +451,7 @@ Json jsonOf(const Records& records) {
                                        {"texels", each.texels},
                                        {"variants", each.variants},
                                        {"over_visible", std::isfinite(each.overVisible) ? Json(each.overVisible) : Json(nullptr)},
-                                       {"at_edges", std::isfinite(each.atEdges) ? Json(each.atEdges) : Json(nullptr)}});
+                                       {"across_edges", std::isfinite(each.acrossEdges) ? Json(each.acrossEdges) : Json(nullptr)}});
   out["papers"] = Json::object();
   for (const Claim& claim : claims())
     if (const auto here = recordsOf(records, claim.study); !here.empty()) out["papers"][claim.study] = rowsJson(summarise(here));

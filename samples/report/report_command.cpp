@@ -83,8 +83,8 @@ void writeReport(const Records& records, const std::string& folder) {
     if (!std::isfinite(each.overVisible)) continue;  // too few settings that differ
     all.push_back(each.overVisible);
     std::printf(
-        "%-12s %8.0f texels: rank correlation of predicted mean error with wrong pixels near edges %.3f (at edges %.3f), %d methods\n",
-        fs::path(each.scene).stem().string().c_str(), each.texels, each.overVisible, each.atEdges, each.variants);
+        "%-12s %8.0f texels: rank correlation of predicted mean error with wrong pixels near edges %.3f (across edges %.3f), %d methods\n",
+        fs::path(each.scene).stem().string().c_str(), each.texels, each.overVisible, each.acrossEdges, each.variants);
   }
   if (!all.empty()) std::printf("rank correlation: median %.3f\n", median(all));
   std::printf("%s/report.html\n", folder.c_str());

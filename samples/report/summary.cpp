@@ -159,7 +159,7 @@ std::vector<Correlation> correlations(const Records& records) {
       const std::vector<const Json*> here = recordsOf(records, kSweep, scene.get<std::string>(), texels.get<double>());
       const std::vector<Json> labels = valuesOf(here, "label");
       struct Sum {
-        double mean = 0.0, atEdges = 0.0, near = 0.0;
+        double mean = 0.0, acrossEdges = 0.0, near = 0.0;
         std::size_t views = 0;
       };
       std::vector<Sum> sums;
@@ -168,7 +168,7 @@ std::vector<Correlation> correlations(const Records& records) {
         for (const Json* record : here) {
           if ((*record)["key"]["label"] != label) continue;
           sum.mean += value(*record, "mean_error");
-          sum.atEdges += value(*record, "mean_error_at_edges");
+          sum.acrossEdges += value(*record, "texel_across_edges");
           sum.near += value(*record, "wrong_near");
           ++sum.views;
         }
@@ -180,7 +180,7 @@ std::vector<Correlation> correlations(const Records& records) {
       for (const Sum& sum : sums) {
         if (sum.views < most) continue;  // refused in some view
         mean.push_back(sum.mean);
-        edges.push_back(sum.atEdges);
+        edges.push_back(sum.acrossEdges);
         near.push_back(sum.near);
       }
       out.push_back(

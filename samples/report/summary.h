@@ -45,7 +45,7 @@ struct Row {
 // Predicted mean error against wrong pixels near true edges over the variants of one scene and budget, both summed over the scene's views.
 struct Correlation {
   std::string scene;
-  double texels = 0.0, overVisible = 0.0, atEdges = 0.0;
+  double texels = 0.0, overVisible = 0.0, acrossEdges = 0.0;
   int variants = 0;
 };
 [[nodiscard]] std::vector<Correlation> correlations(const Records& records);

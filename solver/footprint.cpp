@@ -304,19 +304,30 @@ void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept
   }
 }
 
-// Keeps of a convex polygon what lies at dot(normal, p) >= offset. At most one vertex more.  [Sutherland and Hodgman 1974]
-int clipHull(glm::dvec2* hull, int count, const glm::dvec2& normal, double offset) noexcept {
+// Cuts a convex polygon along a line: what lies at dot(normal, p) >= offset stays, what lies at <= is written to `before`. Returns its vertices'
+// number. Without room for a vertex more, both are all of it.  [Sutherland and Hodgman 1974]
+int cutHull(glm::dvec2* hull, int& count, const glm::dvec2& normal, double offset, glm::dvec2* before) noexcept {
+  if (count == kMaxHull) {
+    std::copy_n(hull, count, before);
+    return count;
+  }
   glm::dvec2 kept[kMaxHull];
-  int size = 0;
+  int keptCount = 0, beforeCount = 0;
+  double atQ = count > 0 ? glm::dot(normal, hull[0]) - offset : 0.0;
   for (int i = 0; i < count; ++i) {
     const glm::dvec2 &p = hull[i], &q = hull[i + 1 < count ? i + 1 : 0];
-    const double atP = glm::dot(normal, p) - offset, atQ = glm::dot(normal, q) - offset;
-    if (size + 2 > kMaxHull) return count;  // no room: it covers more
-    if (atP >= 0.0) kept[size++] = p;
-    if ((atP >= 0.0) != (atQ >= 0.0)) kept[size++] = p + (q - p) * (atP / (atP - atQ));
+    const double atP = atQ;
+    atQ = glm::dot(normal, q) - offset;
+    if (atP >= 0.0) kept[keptCount++] = p;
+    if (atP <= 0.0) before[beforeCount++] = p;
+    if (!((atP < 0.0 && atQ > 0.0) || (atP > 0.0 && atQ < 0.0))) continue;
+    // From the nearer: the farther may be all rounding there.
+    const bool isNearP = std::abs(atP) < std::abs(atQ);
+    kept[keptCount++] = before[beforeCount++] = isNearP ? p + (q - p) * (atP / (atP - atQ)) : q + (p - q) * (atQ / (atQ - atP));
   }
-  std::copy_n(kept, size, hull);
-  return size;
+  std::copy_n(kept, keptCount, hull);
+  count = keptCount;
+  return beforeCount;
 }
 
 // Cuts a footprint to where the samples of its depths lie, the hull of their bounds: never beyond the plain one. None there: it vanishes.
@@ -343,12 +354,12 @@ void cutToBounds(const Region& region, const LightSpace& light, const DepthSpan&
     for (const glm::dvec2& p : {least, most, glm::dvec2(least.x, most.y), glm::dvec2(most.x, least.y)})
       corners.add(glm::dvec3(xLs * p.x + yLs * p.y, 0.0), 0.0);
   }
-  glm::dvec2 hull[kMaxHull];
+  glm::dvec2 hull[kMaxHull], beyond[kMaxHull];
   const int count = corners.count > 0 ? makeHull(corners.ls, corners.count, hull) : 0;
   if (count == 0) footprint.count = 0;
   for (int i = 0; i < count && footprint.count > 0; ++i) {
     const glm::dvec2 edge = hull[i + 1 < count ? i + 1 : 0] - hull[i], inwards(-edge.y, edge.x);
-    footprint.count = clipHull(footprint.hull, footprint.count, inwards, glm::dot(inwards, hull[i]));
+    cutHull(footprint.hull, footprint.count, inwards, glm::dot(inwards, hull[i]), beyond);
   }
 }
 
@@ -391,6 +402,64 @@ void forEachCell(const Region& region, const LightSpace& light, const Splits& sp
       }
       if (!isEmpty) visit(s, seen);
     }
+  }
+}
+
+// The footprints of rows that lie between the same sides of one convex cell: the hull of the part between them, cut along the lines where rows
+// begin. targets: each row's footprint; -1: it has other sides.
+void addRows(const Cell& part, const Region& region, const LightSpace& light, const Rows& rows, const int* targets, Footprint* footprints,
+             Served* served) noexcept {
+  const glm::dmat3 lsFromView(light.lsFromView);
+  const glm::dvec2 axis(lsFromView * rows.along.normal);
+  struct Row {
+    ServedPoints points;
+    double near = kInfinity, far = -kInfinity;  // of light-space depth
+  } made[kMaxPartitions];
+  for (int i = 0; i < rows.count; ++i)
+    made[i].points = {region.pixelSlope, region.pixelBase, targets[i] < 0 ? nullptr : &served[targets[i]]};
+  const auto add = [&](int row, const glm::dvec3& ls, double z) {
+    Row& to = made[row];
+    if (!to.points.served) return;
+    to.near = std::min(to.near, ls.z);
+    to.far = std::max(to.far, ls.z);
+    to.points.add(ls, z);
+  };
+  glm::dvec3 ls[kMaxCellVertices];
+  double along[kMaxCellVertices];
+  int rowOf[kMaxCellVertices];
+  for (int v = 0; v < part.vertexCount; ++v) {
+    ls[v] = lsFromView * part.vertices[v];
+    along[v] = glm::dot(axis, glm::dvec2(ls[v]));
+    int row = 0;
+    while (row + 1 < rows.count && along[v] >= rows.rows[row + 1].start) ++row;
+    rowOf[v] = row;
+    add(row, ls[v], part.vertices[v].z);
+    if (row > 0 && along[v] == rows.rows[row].start) add(row - 1, ls[v], part.vertices[v].z);
+  }
+  for (int i = 0; i < part.edgeCount; ++i) {
+    int from = part.edges[i].from, to = part.edges[i].to;
+    if (rowOf[from] == rowOf[to]) continue;
+    if (rowOf[from] > rowOf[to]) std::swap(from, to);
+    const double perUnit = 1.0 / (along[to] - along[from]);
+    for (int row = rowOf[from] + 1; row <= rowOf[to]; ++row) {
+      const double t = (rows.rows[row].start - along[from]) * perUnit;
+      const glm::dvec3 p = ls[from] + (ls[to] - ls[from]) * t;
+      const double z = part.vertices[from].z + (part.vertices[to].z - part.vertices[from].z) * t;
+      add(row - 1, p, z);
+      add(row, p, z);
+    }
+  }
+  glm::dvec2 hull[kMaxHull], other[kMaxHull];
+  int count = makeHull(ls, part.vertexCount, hull);
+  for (int i = 0; i < rows.count; ++i) {
+    Footprint* footprint = targets[i] < 0 ? nullptr : &footprints[targets[i]];
+    glm::dvec2* cut = footprint ? footprint->hull : other;
+    const int cutCount = i + 1 < rows.count ? cutHull(hull, count, axis, rows.rows[i + 1].start, cut) : count;
+    if (!footprint) continue;
+    if (i + 1 == rows.count) std::copy_n(hull, count, cut);
+    footprint->count = cutCount;
+    footprint->depthNear = made[i].near;
+    footprint->depthFar = made[i].far;
   }
 }
 
@@ -449,6 +518,34 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
       cutToBounds(region, light, {margin.blend > 0.0 ? padded[s].near : slice.near, slice.far}, footprints[s]);
     }
   };
+  if (splits.isWedged && splits.rows.count > 0 && cellCount(region) == 1) {
+    Cell storage;
+    const Cell* cell = getCell(region, 0, storage);
+    std::uint64_t done = 0;
+    for (int s = 0; s < splits.count && cell; ++s) {
+      if (done >> s & 1) continue;
+      const Wedge& wedge = splits.wedges[s];
+      int targets[kMaxPartitions];
+      std::fill_n(targets, splits.rows.count, -1);
+      for (int row = 0; row < splits.rows.count; ++row) {
+        const Rows::Row& r = splits.rows.rows[row];
+        for (int i = std::max(s, r.first); i < r.first + r.columns; ++i) {
+          if (!isSame(splits.wedges[i].left, wedge.left) || !isSame(splits.wedges[i].right, wedge.right)) continue;
+          targets[row] = i;
+          done |= std::uint64_t{1} << i;
+        }
+      }
+      Cell part;
+      const bool hasSides = wedge.left.normal != glm::dvec3(0.0) || wedge.right.normal != glm::dvec3(0.0);
+      if (hasSides) {
+        copyCell(*cell, part);
+        if (!cutToSides(part, wedge)) continue;
+      }
+      addRows(hasSides ? part : *cell, region, light, splits.rows, targets, footprints, served);
+    }
+    keep();
+    return;
+  }
   if (cellCount(region) == 1) {
     Points points;
     Model model;

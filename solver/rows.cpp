@@ -17,12 +17,12 @@ struct Profile {
 void makeProfile(const glm::dvec3* seen, int count, const glm::dvec2& axis, Profile& profile) noexcept {
   glm::dvec2 chain[2 * kMaxHull];
   int first = kMaxHull, last = kMaxHull;
+  const auto pointOf = [&](const glm::dvec3& p) { return glm::dvec2(axis.x * p.x + axis.y * p.y, p.z); };
   const auto turn = [&](int a, int b, const glm::dvec2& p) { return cross2(chain[b] - chain[a], p - chain[a]); };
-  for (int i = 0; i < count; ++i) {
-    const glm::dvec2 p(glm::dot(axis, glm::dvec2(seen[i])), seen[i].z);
-    if (i == 0) {
-      chain[first] = p;
-    } else if (p.x > chain[last].x) {
+  chain[first] = pointOf(seen[0]);
+  for (int i = 1; i < count; ++i) {
+    const glm::dvec2 p = pointOf(seen[i]);
+    if (p.x > chain[last].x) {
       while (first < last && turn(last - 1, last, p) <= 0.0) --last;
       chain[++last] = p;
     } else if (p.x < chain[first].x) {
@@ -144,51 +144,50 @@ void writeWedges(const Region& region, const LightSpace& light, const RowSetting
 
 Trapezoid leastTrapezoid(const glm::dvec2* hull, int count, const glm::dvec2& axis, double centre, double least) noexcept {
   glm::dvec2 p[kMaxHull];  // along and across
-  double from = kInfinity, to = -kInfinity, top = -kInfinity, bottom = -kInfinity;
+  Pair lowest = both(kInfinity), highest = both(-kInfinity);
   int start = 0;
   for (int i = 0; i < count; ++i) {
-    p[i] = {glm::dot(axis, hull[i]), cross2(axis, hull[i])};
-    from = std::min(from, p[i].x);
-    top = std::max(top, p[i].y);
-    bottom = std::max(bottom, -p[i].y);
-    if (!(p[i].x > to)) continue;
-    to = p[i].x;
-    start = i;
+    const Pair at = Pair{axis.x, -axis.y} * hull[i].x + Pair{axis.y, axis.x} * hull[i].y;
+    p[i] = {at[0], at[1]};
+    if (at[0] > highest[0]) start = i;
+    lowest = lesser(at, lowest);
+    highest = greater(at, highest);
   }
+  const double from = lowest[0], to = highest[0];
   // Between sides of slope m and -m it is A + B + 2 m u wide at u, where A is the greatest v - m u and B the greatest -v - m u: convex and
   // piecewise linear in m. As m rises, the vertices that the sides touch move from the greatest u to the least, edge by edge, and the width
   // falls while their mean is beyond the centre.
-  struct Contact {
-    int at, step;
-    double side, next;  // v of the upper one, -v of the lower; the slope of the edge to the next
+  const auto after = [&](int i) { return i + 1 < count ? i + 1 : 0; };
+  const auto before = [&](int i) { return i > 0 ? i - 1 : count - 1; };
+  const auto slopeTo = [&](int i, int j, double side) {
+    const double x = p[j].x - p[i].x;
+    return x < 0.0 ? side * (p[j].y - p[i].y) / x : x > 0.0 ? kInfinity : -kInfinity;
   };
-  const auto after = [&](const Contact& contact) {
-    return contact.at + contact.step < count ? contact.at + contact.step : contact.at + contact.step - count;
-  };
-  const auto look = [&](Contact& contact) {
-    const glm::dvec2 edge = p[after(contact)] - p[contact.at];
-    contact.next = edge.x < 0.0 ? contact.side * edge.y / edge.x : edge.x > 0.0 ? kInfinity : -kInfinity;
-  };
-  Contact upper{start, 1, 1.0, 0.0}, lower{start, count - 1, -1.0, 0.0};
-  look(upper);
-  look(lower);
-  double slope = 0.0, m = 0.0;
-  while (p[upper.at].x + p[lower.at].x > 2.0 * std::max(centre, from)) {
-    Contact& contact = upper.next < lower.next ? upper : lower;
-    if (!(contact.next < kInfinity)) break;
-    m = contact.next;
-    contact.at = after(contact);
-    look(contact);
+  int upper = start, lower = start;
+  double m = 0.0, onUpper = slopeTo(upper, after(upper), 1.0), onLower = slopeTo(lower, before(lower), -1.0);
+  const double twice = 2.0 * std::max(centre, from);
+  while (p[upper].x + p[lower].x > twice) {
+    const double next = std::min(onUpper, onLower);
+    if (!(next < kInfinity)) break;
+    m = next;
+    if (onUpper < onLower) {
+      upper = after(upper);
+      onUpper = slopeTo(upper, after(upper), 1.0);
+    } else {
+      lower = before(lower);
+      onLower = slopeTo(lower, before(lower), -1.0);
+    }
   }
   Pair most = both(-kInfinity);  // over all of them: next to edges across the axis m is all rounding
   for (int i = 0; i < count; ++i) {
     const Pair sides = {p[i].y, -p[i].y};
     most = greater(sides - both(m * p[i].x), most);
   }
-  if (most[0] + most[1] + 2.0 * m * centre < top + bottom) {  // else a rectangle
-    slope = m;
-    top = most[0];
-    bottom = most[1];
+  double slope = m, top = most[0], bottom = most[1];
+  if (!(top + bottom + 2.0 * m * centre < highest[1] - lowest[1])) {  // no less than a rectangle
+    slope = 0.0;
+    top = highest[1];
+    bottom = -lowest[1];
   }
   const bool isTurned = slope < 0.0;  // it narrows
   const double middle = (top - bottom) / 2.0, base = top + bottom + 2.0 * slope * (isTurned ? to : from);
@@ -215,10 +214,10 @@ int fittedRows(const Trapezoid& shape, double zeta, int most, RowSize* rows) noe
   constexpr double kRounding = 1.0 - 1e-12;
   const double reach = shape.tangent > 0.0 ? grown / one : shape.length / shape.base;
   const int count = std::clamp(static_cast<int>(std::min(std::ceil(reach * kRounding), static_cast<double>(most))), 1, most);
-  double from = 0.0;
-  for (int i = 1; i <= count; ++i) {
-    const double share = static_cast<double>(i) / count;
-    const double to = i == count ? shape.length : slope > 0.0 ? std::expm1(grown * share) / slope : shape.length * share;
+  const double growth = std::expm1(grown / count);
+  double from = 0.0, height = slope > 0.0 ? growth / slope : shape.length / count;
+  for (int i = 1; i <= count; ++i, height += growth * height) {
+    const double to = i < count ? from + height : shape.length;
     rows[i - 1] = {to - from, shape.base + 2.0 * shape.tangent * to};
     from = to;
   }

@@ -405,10 +405,10 @@ void forEachCell(const Region& region, const LightSpace& light, const Splits& sp
   }
 }
 
-// The footprints of rows that lie between the same sides of one convex cell: the hull of the part between them, cut along the lines where rows
-// begin. targets: each row's footprint; -1: it has other sides.
-void addRows(const Cell& part, const Region& region, const LightSpace& light, const Rows& rows, const int* targets, Footprint* footprints,
-             Served* served) noexcept {
+// The footprints of rows that lie between the same sides of one convex cell: what lies between the sides, cut along the lines where rows begin.
+// targets: each row's footprint; -1: it has other sides. whole: the region's, or null.
+void addRows(const Cell& part, const Region& region, const LightSpace& light, const Rows& rows, const Wedge& sides, const int* targets,
+             const Footprint* whole, Footprint* footprints, Served* served) noexcept {
   const glm::dmat3 lsFromView(light.lsFromView);
   const glm::dvec2 axis(lsFromView * rows.along.normal);
   struct Row {
@@ -449,17 +449,46 @@ void addRows(const Cell& part, const Region& region, const LightSpace& light, co
       add(row, p, z);
     }
   }
-  glm::dvec2 hull[kMaxHull], other[kMaxHull];
-  int count = makeHull(ls, part.vertexCount, hull);
+  glm::dvec2 hull[kMaxHull], beyond[kMaxHull];
+  int count = whole ? whole->count : makeHull(ls, part.vertexCount, hull);
+  if (whole) std::copy_n(whole->hull, count, hull);
+  for (const Plane& side : {sides.left, sides.right})
+    if (whole && side.normal != glm::dvec3(0.0)) cutHull(hull, count, glm::dvec2(lsFromView * side.normal), -side.offset, beyond);
   for (int i = 0; i < rows.count; ++i) {
     Footprint* footprint = targets[i] < 0 ? nullptr : &footprints[targets[i]];
-    glm::dvec2* cut = footprint ? footprint->hull : other;
-    const int cutCount = i + 1 < rows.count ? cutHull(hull, count, axis, rows.rows[i + 1].start, cut) : count;
+    glm::dvec2* row = footprint ? footprint->hull : beyond;
+    const int rowCount = i + 1 < rows.count ? cutHull(hull, count, axis, rows.rows[i + 1].start, row) : count;
     if (!footprint) continue;
-    if (i + 1 == rows.count) std::copy_n(hull, count, cut);
-    footprint->count = cutCount;
+    if (i + 1 == rows.count) std::copy_n(hull, count, row);
+    footprint->count = rowCount;
     footprint->depthNear = made[i].near;
     footprint->depthFar = made[i].far;
+  }
+}
+
+// Those of all rows of a region of one convex cell: columns between the same sides are parts of one cell.
+void addColumns(const Region& region, const LightSpace& light, const Splits& splits, const Footprint* whole, Footprint* footprints,
+                Served* served) noexcept {
+  Cell storage, part;
+  const Cell* cell = getCell(region, 0, storage);
+  std::uint64_t done = 0;
+  for (int s = 0; s < splits.count && cell; ++s) {
+    if (done >> s & 1) continue;
+    const Wedge& wedge = splits.wedges[s];
+    int targets[kMaxPartitions];
+    for (int row = 0; row < splits.rows.count; ++row) {
+      const Rows::Row& wedges = splits.rows.rows[row];
+      targets[row] = -1;
+      for (int i = std::max(s, wedges.first); i < wedges.first + wedges.columns; ++i) {
+        if (!isSame(splits.wedges[i].left, wedge.left) || !isSame(splits.wedges[i].right, wedge.right)) continue;
+        targets[row] = i;
+        done |= std::uint64_t{1} << i;
+      }
+    }
+    const bool hasSides = wedge.left.normal != glm::dvec3(0.0) || wedge.right.normal != glm::dvec3(0.0);
+    if (hasSides) copyCell(*cell, part);
+    if (hasSides && !cutToSides(part, wedge)) continue;
+    addRows(hasSides ? part : *cell, region, light, splits.rows, wedge, targets, whole, footprints, served);
   }
 }
 
@@ -482,7 +511,7 @@ glm::dvec3 boundsAxis(const glm::dvec3& directionWs, const glm::dvec3& rightWs) 
 }
 
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
-                    bool mayCopy, Footprint* footprints, Served* served) noexcept {
+                    bool mayCopy, Footprint* footprints, Served* served, const Footprint* whole) noexcept {
   DepthSpan padded[kMaxPartitions];
   padSlices(region, splits, margin, byViewDepth, padded);
   const Camera& camera = region.camera;
@@ -519,30 +548,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     }
   };
   if (splits.isWedged && splits.rows.count > 0 && cellCount(region) == 1) {
-    Cell storage;
-    const Cell* cell = getCell(region, 0, storage);
-    std::uint64_t done = 0;
-    for (int s = 0; s < splits.count && cell; ++s) {
-      if (done >> s & 1) continue;
-      const Wedge& wedge = splits.wedges[s];
-      int targets[kMaxPartitions];
-      std::fill_n(targets, splits.rows.count, -1);
-      for (int row = 0; row < splits.rows.count; ++row) {
-        const Rows::Row& r = splits.rows.rows[row];
-        for (int i = std::max(s, r.first); i < r.first + r.columns; ++i) {
-          if (!isSame(splits.wedges[i].left, wedge.left) || !isSame(splits.wedges[i].right, wedge.right)) continue;
-          targets[row] = i;
-          done |= std::uint64_t{1} << i;
-        }
-      }
-      Cell part;
-      const bool hasSides = wedge.left.normal != glm::dvec3(0.0) || wedge.right.normal != glm::dvec3(0.0);
-      if (hasSides) {
-        copyCell(*cell, part);
-        if (!cutToSides(part, wedge)) continue;
-      }
-      addRows(hasSides ? part : *cell, region, light, splits.rows, targets, footprints, served);
-    }
+    addColumns(region, light, splits, whole, footprints, served);
     keep();
     return;
   }

@@ -131,8 +131,9 @@ void writeWedges(const Region& region, const LightSpace& light, const RowSetting
       rows.cells[splits.count] = splits.count;
       splits.slices[splits.count++] = all;
       wedge = {kUnbounded, kUnbounded, rows.along, i > 0 ? start : -kInfinity, i + 1 < layout.count ? end : kInfinity};
-      if (c > 0) wedge.left = {rows.across.normal, -(left + column * c)};
-      if (c + 1 < columns) wedge.right = {-rows.across.normal, left + column * (c + 1)};
+      const auto border = [&](int n) { return shape.centre + column * (n - columns / 2.0); };  // the middle one is the same in all rows
+      if (c > 0) wedge.left = {rows.across.normal, -border(c)};
+      if (c + 1 < columns) wedge.right = {-rows.across.normal, border(c + 1)};
     }
     start = end;
   }
@@ -253,7 +254,7 @@ Status splitRows(const Region& region, const LightSpace& light, const RowSetting
   whole.rows.rows[0] = {-kInfinity, 0.0, 0.0, 1, 0};
   whole.slices[0] = {region.spans[0].near, region.spans[region.spanCount - 1].far};
   whole.wedges[0] = {kUnbounded, kUnbounded, kUnbounded, -kInfinity, kInfinity};
-  Footprint footprint;
+  Footprint& footprint = layout.whole;
   Served served;
   makeFootprints(region, light, whole, Margin{}, false, false, &footprint, &served);
   if (footprint.count == 0 || served.count == 0) return Status::ok;

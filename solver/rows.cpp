@@ -227,8 +227,9 @@ int fittedRows(const Trapezoid& shape, double zeta, int most, RowSize* rows) noe
 
 int columnCount(const RowSize& row, double sigma, int most) noexcept {
   constexpr double kRounding = 1.0 - 1e-12;
-  const double columns = std::ceil(row.width / row.height / (1.0 + sigma) * kRounding);
-  return columns < most ? std::max(static_cast<int>(columns), 1) : most;
+  int columns = 1;
+  while (columns < most && row.height * (1.0 + sigma) * columns < row.width * kRounding) ++columns;
+  return columns;
 }
 
 double wasteOf(const RowSize& row, double tangent) noexcept { return row.height * tangent / row.width; }

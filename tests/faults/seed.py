@@ -34,7 +34,7 @@ FAULTS = [
     ('solver/footprint.cpp', 'edge.end > slab.far ? addBetween(edge, slab.far) : addVertex(edge.to);', 'addVertex(edge.to);', 'slice not cut at its far end'),
     ('solver/footprint.cpp', 'width = std::min(width, all.pixels[i]);', 'width = all.pixels[i];', 'not the least width of a band'),
     # fit
-    ('solver/fit.cpp', 'fit.least = bounds.least - (size - span) / 2.0;', 'fit.least = bounds.least;', 'thin hull not centred'),
+    ('solver/fit.cpp', 'fit.least = bounds.least * perLength - (size - span) / 2.0;', 'fit.least = bounds.least * perLength;', 'thin hull not centred'),
     ('solver/fit.cpp', 'const glm::dvec2 inner = texels - 2.0 * margin - (isSnapped ? 1.0 : 0.0);', 'const glm::dvec2 inner = texels - (isSnapped ? 1.0 : 0.0);', 'dropped margin'),
     ('solver/fit.cpp', 'if (frame.shadowMap.depth == DepthConvention::reversedZeroToOne) perDepth *= -1.0, byW = 1.0;', '', 'reversed map drawn forward'),
     ('solver/fit.cpp', 'const double flip = frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0;', 'const double flip = 1.0;', 'Vulkan y not flipped'),

@@ -458,9 +458,10 @@ void addRows(const Cell& part, const Region& region, const LightSpace& light, co
     Footprint* footprint = targets[i] < 0 ? nullptr : &footprints[targets[i]];
     glm::dvec2* row = footprint ? footprint->hull : beyond;
     const int rowCount = i + 1 < rows.count ? cutHull(hull, count, axis, rows.rows[i + 1].start, row) : count;
-    if (!footprint) continue;
+    const Served* points = made[i].points.served;
+    if (!points || points->count == 0) continue;  // sides are cut in space, hulls on the plane: rounding may leave one without the other
     if (i + 1 == rows.count) std::copy_n(hull, count, row);
-    footprint->count = rowCount;
+    footprint->count = rowCount > 0 ? rowCount : makeHull(points->points, points->count, row);
     footprint->depthNear = made[i].near;
     footprint->depthFar = made[i].far;
   }

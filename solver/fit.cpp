@@ -26,9 +26,9 @@ struct Bounds {
 };
 
 Bounds boundsAlong(const Footprint& footprint, const glm::dvec2& axis) noexcept {
-  Pair least = {kInfinity, kInfinity}, most = {-kInfinity, -kInfinity};
   const Pair x = {axis.x, -axis.y}, y = {axis.y, axis.x};
-  for (int i = 0; i < footprint.count; ++i) {
+  Pair least = x * footprint.hull[0].x + y * footprint.hull[0].y, most = least;
+  for (int i = 1; i < footprint.count; ++i) {
     const Pair p = x * footprint.hull[i].x + y * footprint.hull[i].y;
     least = lesser(least, p);
     most = greater(most, p);
@@ -47,29 +47,24 @@ void fitAlong(const Footprint& footprint, glm::dvec2 axis, double pixel, MapFit&
 
 // The rectangle of least area: it has a side on an edge of the hull (rotating calipers' theorem).
 void fitLeast(const Footprint& footprint, double pixel, MapFit& fit) noexcept {
+  constexpr double kLess = 1.0 - 1e-12;  // the first of edges that rounding alone tells apart: a frustum's near and far sides
   double leastArea = kInfinity;
   const glm::dvec2* hull = footprint.hull;
-  glm::dvec2 tried[kMaxHull];
-  int triedCount = 0;
   for (int i = 0; i < footprint.count; ++i) {
-    const glm::dvec2 from = hull[i], edge = hull[i + 1 < footprint.count ? i + 1 : 0] - from;
+    const glm::dvec2 edge = hull[i + 1 < footprint.count ? i + 1 : 0] - hull[i];
     const double squared = edge.x * edge.x + edge.y * edge.y;
     if (!(squared > 0.0)) continue;
-    constexpr double kParallel = 1e-12;  // sine below which a direction is one already tried: a frustum's near and far sides
+    const Bounds bounds = boundsAlong(footprint, edge);  // in lengths of the edge
+    const glm::dvec2 extent = bounds.most - bounds.least;
+    if (!(extent.x * extent.y < leastArea * squared)) continue;
     const double perLength = 1.0 / std::sqrt(squared);
-    const glm::dvec2 axis = edge * perLength;
-    bool isTried = false;
-    for (int j = 0; j < triedCount && !isTried; ++j) isTried = std::abs(cross2(tried[j], axis)) < kParallel;
-    if (isTried) continue;
-    tried[triedCount++] = axis;
-    const Bounds bounds = boundsAlong(footprint, axis);
-    const glm::dvec2 span = bounds.most - bounds.least, size(std::max(span.x, pixel), std::max(span.y, pixel));
+    const glm::dvec2 axis = edge * perLength, span = extent * perLength, size(std::max(span.x, pixel), std::max(span.y, pixel));
     if (!(size.x * size.y < leastArea)) continue;
-    leastArea = size.x * size.y;
+    leastArea = size.x * size.y * kLess;
     fit.s = glm::dvec3(axis, 0.0);
     fit.t = {-axis.y, axis.x, 0.0};
     fit.size = size;
-    fit.least = bounds.least - (size - span) / 2.0;
+    fit.least = bounds.least * perLength - (size - span) / 2.0;
   }
 }
 

@@ -308,19 +308,30 @@ void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept
   }
 }
 
-// Keeps of a convex polygon what lies at dot(normal, p) >= offset. At most one vertex more.  [Sutherland and Hodgman 1974]
-int clipHull(glm::dvec2* hull, int count, const glm::dvec2& normal, double offset) noexcept {
+// Cuts a convex polygon along a line: what lies at dot(normal, p) >= offset stays, what lies at <= is written to `before`. Returns its vertices'
+// number. Without room for a vertex more, both are all of it.  [Sutherland and Hodgman 1974]
+int cutHull(glm::dvec2* hull, int& count, const glm::dvec2& normal, double offset, glm::dvec2* before) noexcept {
+  if (count == kMaxHull) {
+    std::copy_n(hull, count, before);
+    return count;
+  }
   glm::dvec2 kept[kMaxHull];
-  int size = 0;
+  int keptCount = 0, beforeCount = 0;
+  double atQ = count > 0 ? glm::dot(normal, hull[0]) - offset : 0.0;
   for (int i = 0; i < count; ++i) {
     const glm::dvec2 &p = hull[i], &q = hull[i + 1 < count ? i + 1 : 0];
-    const double atP = glm::dot(normal, p) - offset, atQ = glm::dot(normal, q) - offset;
-    if (size + 2 > kMaxHull) return count;  // no room: it covers more
-    if (atP >= 0.0) kept[size++] = p;
-    if ((atP >= 0.0) != (atQ >= 0.0)) kept[size++] = p + (q - p) * (atP / (atP - atQ));
+    const double atP = atQ;
+    atQ = glm::dot(normal, q) - offset;
+    if (atP >= 0.0) kept[keptCount++] = p;
+    if (atP <= 0.0) before[beforeCount++] = p;
+    if (!((atP < 0.0 && atQ > 0.0) || (atP > 0.0 && atQ < 0.0))) continue;
+    // From the nearer: the farther may be all rounding there.
+    const bool isNearP = std::abs(atP) < std::abs(atQ);
+    kept[keptCount++] = before[beforeCount++] = isNearP ? p + (q - p) * (atP / (atP - atQ)) : q + (p - q) * (atQ / (atQ - atP));
   }
-  std::copy_n(kept, size, hull);
-  return size;
+  std::copy_n(kept, keptCount, hull);
+  count = keptCount;
+  return beforeCount;
 }
 
 // Cuts a footprint to where the samples of its depths lie, the hull of their bounds: never beyond the plain one. None there: it vanishes.
@@ -347,12 +358,12 @@ void cutToBounds(const Region& region, const LightSpace& light, const DepthSpan&
     for (const glm::dvec2& p : {least, most, glm::dvec2(least.x, most.y), glm::dvec2(most.x, least.y)})
       corners.add(glm::dvec3(xLs * p.x + yLs * p.y, 0.0), 0.0);
   }
-  glm::dvec2 hull[kMaxHull];
+  glm::dvec2 hull[kMaxHull], beyond[kMaxHull];
   const int count = corners.count > 0 ? makeHull(corners.ls, corners.count, hull) : 0;
   if (count == 0) footprint.count = 0;
   for (int i = 0; i < count && footprint.count > 0; ++i) {
     const glm::dvec2 edge = hull[i + 1 < count ? i + 1 : 0] - hull[i], inwards(-edge.y, edge.x);
-    footprint.count = clipHull(footprint.hull, footprint.count, inwards, glm::dot(inwards, hull[i]));
+    cutHull(footprint.hull, footprint.count, inwards, glm::dot(inwards, hull[i]), beyond);
   }
 }
 
@@ -398,6 +409,94 @@ void forEachCell(const Region& region, const LightSpace& light, const Splits& sp
   }
 }
 
+// The footprints of rows that lie between the same sides of one convex cell: what lies between the sides, cut along the lines where rows begin.
+// targets: each row's footprint; -1: it has other sides. whole: the region's, or null.
+void addRows(const Cell& part, const Region& region, const LightSpace& light, const Rows& rows, const Wedge& sides, const int* targets,
+             const Footprint* whole, Footprint* footprints, Served* served) noexcept {
+  const glm::dmat3 lsFromView(light.lsFromView);
+  const glm::dvec2 axis(lsFromView * rows.along.normal);
+  struct Row {
+    ServedPoints points;
+    double near = kInfinity, far = -kInfinity;  // of light-space depth
+  } made[kMaxPartitions];
+  for (int i = 0; i < rows.count; ++i)
+    made[i].points = {region.pixelSlope, region.pixelBase, targets[i] < 0 ? nullptr : &served[targets[i]]};
+  const auto add = [&](int row, const glm::dvec3& ls, double z) {
+    Row& to = made[row];
+    if (!to.points.served) return;
+    to.near = std::min(to.near, ls.z);
+    to.far = std::max(to.far, ls.z);
+    to.points.add(ls, z);
+  };
+  glm::dvec3 ls[kMaxCellVertices];
+  double along[kMaxCellVertices];
+  int rowOf[kMaxCellVertices];
+  for (int v = 0; v < part.vertexCount; ++v) {
+    ls[v] = lsFromView * part.vertices[v];
+    along[v] = glm::dot(axis, glm::dvec2(ls[v]));
+    int row = 0;
+    while (row + 1 < rows.count && along[v] >= rows.rows[row + 1].start) ++row;
+    rowOf[v] = row;
+    add(row, ls[v], part.vertices[v].z);
+    if (row > 0 && along[v] == rows.rows[row].start) add(row - 1, ls[v], part.vertices[v].z);
+  }
+  for (int i = 0; i < part.edgeCount; ++i) {
+    int from = part.edges[i].from, to = part.edges[i].to;
+    if (rowOf[from] == rowOf[to]) continue;
+    if (rowOf[from] > rowOf[to]) std::swap(from, to);
+    const double perUnit = 1.0 / (along[to] - along[from]);
+    for (int row = rowOf[from] + 1; row <= rowOf[to]; ++row) {
+      const double t = (rows.rows[row].start - along[from]) * perUnit;
+      const glm::dvec3 p = ls[from] + (ls[to] - ls[from]) * t;
+      const double z = part.vertices[from].z + (part.vertices[to].z - part.vertices[from].z) * t;
+      add(row - 1, p, z);
+      add(row, p, z);
+    }
+  }
+  glm::dvec2 hull[kMaxHull], beyond[kMaxHull];
+  int count = whole ? whole->count : makeHull(ls, part.vertexCount, hull);
+  if (whole) std::copy_n(whole->hull, count, hull);
+  for (const Plane& side : {sides.left, sides.right})
+    if (whole && side.normal != glm::dvec3(0.0)) cutHull(hull, count, glm::dvec2(lsFromView * side.normal), -side.offset, beyond);
+  for (int i = 0; i < rows.count; ++i) {
+    Footprint* footprint = targets[i] < 0 ? nullptr : &footprints[targets[i]];
+    glm::dvec2* row = footprint ? footprint->hull : beyond;
+    const int rowCount = i + 1 < rows.count ? cutHull(hull, count, axis, rows.rows[i + 1].start, row) : count;
+    const Served* points = made[i].points.served;
+    if (!points || points->count == 0) continue;  // sides are cut in space, hulls on the plane: rounding may leave one without the other
+    if (i + 1 == rows.count) std::copy_n(hull, count, row);
+    footprint->count = rowCount > 0 ? rowCount : makeHull(points->points, points->count, row);
+    footprint->depthNear = made[i].near;
+    footprint->depthFar = made[i].far;
+  }
+}
+
+// Those of all rows of a region of one convex cell: columns between the same sides are parts of one cell.
+void addColumns(const Region& region, const LightSpace& light, const Splits& splits, const Footprint* whole, Footprint* footprints,
+                Served* served) noexcept {
+  Cell storage, part;
+  const Cell* cell = getCell(region, 0, storage);
+  std::uint64_t done = 0;
+  for (int s = 0; s < splits.count && cell; ++s) {
+    if (done >> s & 1) continue;
+    const Wedge& wedge = splits.wedges[s];
+    int targets[kMaxPartitions];
+    for (int row = 0; row < splits.rows.count; ++row) {
+      const Rows::Row& wedges = splits.rows.rows[row];
+      targets[row] = -1;
+      for (int i = std::max(s, wedges.first); i < wedges.first + wedges.columns; ++i) {
+        if (!isSame(splits.wedges[i].left, wedge.left) || !isSame(splits.wedges[i].right, wedge.right)) continue;
+        targets[row] = i;
+        done |= std::uint64_t{1} << i;
+      }
+    }
+    const bool hasSides = wedge.left.normal != glm::dvec3(0.0) || wedge.right.normal != glm::dvec3(0.0);
+    if (hasSides) copyCell(*cell, part);
+    if (hasSides && !cutToSides(part, wedge)) continue;
+    addRows(hasSides ? part : *cell, region, light, splits.rows, wedge, targets, whole, footprints, served);
+  }
+}
+
 // How far points may be from copies of a footprint's: a share of its width that makes no difference to the choice of an axis or a warp.
 double copyTolerance(const Footprint& footprint) noexcept {
   constexpr double kAlike = 1e-4;
@@ -417,7 +516,7 @@ glm::dvec3 boundsAxis(const glm::dvec3& directionWs, const glm::dvec3& rightWs) 
 }
 
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
-                    bool mayCopy, Footprint* footprints, Served* served) noexcept {
+                    bool mayCopy, Footprint* footprints, Served* served, const Footprint* whole) noexcept {
   DepthSpan padded[kMaxPartitions];
   padSlices(region, splits, margin, byViewDepth, padded);
   const Camera& camera = region.camera;
@@ -453,6 +552,11 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
       cutToBounds(region, light, {margin.blend > 0.0 ? padded[s].near : slice.near, slice.far}, footprints[s]);
     }
   };
+  if (splits.isWedged && splits.rows.count > 0 && cellCount(region) == 1) {
+    addColumns(region, light, splits, whole, footprints, served);
+    keep();
+    return;
+  }
   if (cellCount(region) == 1) {
     Points points;
     Model model;

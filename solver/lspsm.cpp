@@ -13,7 +13,9 @@ void findLeast(const Frame& frame, const Region& region, const LightSpace& light
   MapFits maps;
   double least = kInfinity;
   const auto consider = [&](const Splits& made, const RowLayout& rows) {
-    fitMaps(frame, region, light, made, making, needsViewDepth(region, made), maps);
+    MapSettings by = making;
+    if (made.rows.count > 0) by.whole = &rows.whole;
+    fitMaps(frame, region, light, made, by, needsViewDepth(region, made), maps);
     if (!(maps.neededTexels < least)) return;
     least = maps.neededTexels;
     splits = made;
@@ -43,7 +45,7 @@ Status solveLspsm(const Frame& frame, const LspsmSettings& settings, Solution& s
   if (const Status status = validate(settings.warp, solution.refusedValue); status != Status::ok) return refuse(solution, status);
 
   const bool isPaper = settings.rows.rule == RowRule::paper, isByError = settings.rows.rule == RowRule::error;
-  const MapSettings making{.fit = FitMode::tight, .warp = settings.warp, .shares = isPaper ? Shares::equal : Shares::error};
+  MapSettings making{.fit = FitMode::tight, .warp = settings.warp, .shares = isPaper ? Shares::equal : Shares::error};
   Splits splits;
   if (isByError) {
     findLeast(frame, region, light, settings, making, splits, made);
@@ -51,6 +53,7 @@ Status solveLspsm(const Frame& frame, const LspsmSettings& settings, Solution& s
     solution.refusedValue = std::min(settings.rows.maxRows, frame.budget.partitions);
     return refuse(solution, status);
   }
+  if (splits.rows.count > 0) making.whole = &made.whole;
   if (const Status status = makeMaps(frame, region, light, splits, making, solution); status != Status::ok) return refuse(solution, status);
   constexpr double kRounding = 1.0 + 1e-9;
   if (!isByError && made.waste > settings.rows.zeta * kRounding) solution.warnings |= static_cast<std::uint32_t>(Warning::rowsWaste);

@@ -84,7 +84,8 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
   maps.byViewDepth = byViewDepth;
   maps.hasServed = splits.isWedged || (settings.warp.warp != Warp::none && region.bounds.empty());
   const bool mayCopy = region.bounds.empty() && !settings.rectangles && (settings.fit == FitMode::tight || settings.fit == FitMode::slice);
-  makeFootprints(region, light, splits, frame.margin, byViewDepth, mayCopy, maps.footprints, maps.hasServed ? maps.served : nullptr);
+  makeFootprints(region, light, splits, frame.margin, byViewDepth, mayCopy, maps.footprints, maps.hasServed ? maps.served : nullptr,
+                 region.bounds.empty() ? settings.whole : nullptr);
   for (int i = 0; i < splits.count; ++i) maps.pixels[i] = region.pixelSlope * nearestIn(region, splits.slices[i]) + region.pixelBase;
   if (splits.isWedged)  // a wedge's nearest point decides, not the region's
     for (int i = 0; i < splits.count; ++i)

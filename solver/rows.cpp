@@ -5,28 +5,33 @@
 namespace gnomon {
 namespace {
 
+constexpr Plane kUnbounded{glm::dvec3(0.0), 0.0};
+
 // The least pixel width along an axis: the lower hull of the points' widths over their coordinates.
 struct Profile {
   int count = 0;
   glm::dvec2 points[kMaxHull];  // coordinate, width; coordinates rise
 };
 
-void makeProfile(const Served& served, const glm::dvec2& axis, Profile& profile) noexcept {
-  glm::dvec2 sorted[kMaxHull];
-  for (int i = 0; i < served.count; ++i) {
-    const glm::dvec2 p(glm::dot(axis, glm::dvec2(served.points[i])), served.pixels[i]);
-    int j = i;
-    for (; j > 0 && (sorted[j - 1].x > p.x || (sorted[j - 1].x == p.x && sorted[j - 1].y > p.y)); --j) sorted[j] = sorted[j - 1];
-    sorted[j] = p;
+// seen: x and y on the light plane, and the width there, which never falls: a point adds to an end of the hull, or lies above it.
+void makeProfile(const glm::dvec3* seen, int count, const glm::dvec2& axis, Profile& profile) noexcept {
+  glm::dvec2 chain[2 * kMaxHull];
+  int first = kMaxHull, last = kMaxHull;
+  const auto pointOf = [&](const glm::dvec3& p) { return glm::dvec2(axis.x * p.x + axis.y * p.y, p.z); };
+  const auto turn = [&](int a, int b, const glm::dvec2& p) { return cross2(chain[b] - chain[a], p - chain[a]); };
+  chain[first] = pointOf(seen[0]);
+  for (int i = 1; i < count; ++i) {
+    const glm::dvec2 p = pointOf(seen[i]);
+    if (p.x > chain[last].x) {
+      while (first < last && turn(last - 1, last, p) <= 0.0) --last;
+      chain[++last] = p;
+    } else if (p.x < chain[first].x) {
+      while (first < last && turn(first + 1, first, p) >= 0.0) ++first;
+      chain[--first] = p;
+    }
   }
-  profile.count = 0;
-  for (int i = 0; i < served.count; ++i) {
-    if (profile.count > 0 && profile.points[profile.count - 1].x == sorted[i].x) continue;
-    while (profile.count >= 2 && cross2(profile.points[profile.count - 1] - profile.points[profile.count - 2],
-                                        sorted[i] - profile.points[profile.count - 2]) <= 0.0)
-      --profile.count;
-    profile.points[profile.count++] = sorted[i];
-  }
+  profile.count = last + 1 - first;
+  std::copy_n(chain + first, profile.count, profile.points);
 }
 
 // Ends of rows with equal shares of the integral of 1 / width; between two points of the profile w grows by g = dw/du and the integral from
@@ -122,13 +127,13 @@ void writeWedges(const Region& region, const LightSpace& light, const RowSetting
     const double end = start + size.height, column = size.width / columns, left = shape.centre - size.width / 2.0;
     rows.rows[i] = {start, left, column, columns, splits.count};
     for (int c = 0; c < columns; ++c) {
-      const Plane none{glm::dvec3(0.0), 0.0};
       Wedge& wedge = splits.wedges[splits.count];
       rows.cells[splits.count] = splits.count;
       splits.slices[splits.count++] = all;
-      wedge = {none, none, rows.along, i > 0 ? start : -kInfinity, i + 1 < layout.count ? end : kInfinity};
-      if (c > 0) wedge.left = {rows.across.normal, -(left + column * c)};
-      if (c + 1 < columns) wedge.right = {-rows.across.normal, left + column * (c + 1)};
+      wedge = {kUnbounded, kUnbounded, rows.along, i > 0 ? start : -kInfinity, i + 1 < layout.count ? end : kInfinity};
+      const auto border = [&](int n) { return shape.centre + column * (n - columns / 2.0); };  // the middle one is the same in all rows
+      if (c > 0) wedge.left = {rows.across.normal, -border(c)};
+      if (c + 1 < columns) wedge.right = {-rows.across.normal, border(c + 1)};
     }
     start = end;
   }
@@ -140,32 +145,50 @@ void writeWedges(const Region& region, const LightSpace& light, const RowSetting
 
 Trapezoid leastTrapezoid(const glm::dvec2* hull, int count, const glm::dvec2& axis, double centre, double least) noexcept {
   glm::dvec2 p[kMaxHull];  // along and across
-  Pair sides[kMaxHull];  // across, to either side
-  double from = kInfinity, to = -kInfinity;
+  Pair lowest = both(kInfinity), highest = both(-kInfinity);
+  int start = 0;
   for (int i = 0; i < count; ++i) {
-    p[i] = {glm::dot(axis, hull[i]), cross2(axis, hull[i])};
-    const Pair side = {p[i].y, -p[i].y};
-    sides[i] = side;
-    from = std::min(from, p[i].x);
-    to = std::max(to, p[i].x);
+    const Pair at = Pair{axis.x, -axis.y} * hull[i].x + Pair{axis.y, axis.x} * hull[i].y;
+    p[i] = {at[0], at[1]};
+    if (at[0] > highest[0]) start = i;
+    lowest = lesser(at, lowest);
+    highest = greater(at, highest);
   }
+  const double from = lowest[0], to = highest[0];
   // Between sides of slope m and -m it is A + B + 2 m u wide at u, where A is the greatest v - m u and B the greatest -v - m u: convex and
-  // piecewise linear in m, so least where m is the slope of an edge.
-  double slope = 0.0, top = 0.0, bottom = 0.0, width = kInfinity;
-  const auto consider = [&](double m) {
-    Pair most = both(-kInfinity);
-    for (int i = 0; i < count; ++i) most = greater(sides[i] - both(m * p[i].x), most);
-    if (!(most[0] + most[1] + 2.0 * m * centre < width)) return;
-    width = most[0] + most[1] + 2.0 * m * centre;
-    slope = m;
-    top = most[0];
-    bottom = most[1];
+  // piecewise linear in m. As m rises, the vertices that the sides touch move from the greatest u to the least, edge by edge, and the width
+  // falls while their mean is beyond the centre.
+  const auto after = [&](int i) { return i + 1 < count ? i + 1 : 0; };
+  const auto before = [&](int i) { return i > 0 ? i - 1 : count - 1; };
+  const auto slopeTo = [&](int i, int j, double side) {
+    const double x = p[j].x - p[i].x;
+    return x < 0.0 ? side * (p[j].y - p[i].y) / x : x > 0.0 ? kInfinity : -kInfinity;
   };
-  consider(0.0);
+  int upper = start, lower = start;
+  double m = 0.0, onUpper = slopeTo(upper, after(upper), 1.0), onLower = slopeTo(lower, before(lower), -1.0);
+  const double twice = 2.0 * std::max(centre, from);
+  while (p[upper].x + p[lower].x > twice) {
+    const double next = std::min(onUpper, onLower);
+    if (!(next < kInfinity)) break;
+    m = next;
+    if (onUpper < onLower) {
+      upper = after(upper);
+      onUpper = slopeTo(upper, after(upper), 1.0);
+    } else {
+      lower = before(lower);
+      onLower = slopeTo(lower, before(lower), -1.0);
+    }
+  }
+  Pair most = both(-kInfinity);  // over all of them: next to edges across the axis m is all rounding
   for (int i = 0; i < count; ++i) {
-    const glm::dvec2 edge = p[i + 1 < count ? i + 1 : 0] - p[i];  // counter-clockwise: the lower side runs along the axis
-    const double m = edge.y / -std::abs(edge.x);
-    if (std::isfinite(m)) consider(m);
+    const Pair sides = {p[i].y, -p[i].y};
+    most = greater(sides - both(m * p[i].x), most);
+  }
+  double slope = m, top = most[0], bottom = most[1];
+  if (!(top + bottom + 2.0 * m * centre < highest[1] - lowest[1])) {  // no less than a rectangle
+    slope = 0.0;
+    top = highest[1];
+    bottom = -lowest[1];
   }
   const bool isTurned = slope < 0.0;  // it narrows
   const double middle = (top - bottom) / 2.0, base = top + bottom + 2.0 * slope * (isTurned ? to : from);
@@ -192,10 +215,10 @@ int fittedRows(const Trapezoid& shape, double zeta, int most, RowSize* rows) noe
   constexpr double kRounding = 1.0 - 1e-12;
   const double reach = shape.tangent > 0.0 ? grown / one : shape.length / shape.base;
   const int count = std::clamp(static_cast<int>(std::min(std::ceil(reach * kRounding), static_cast<double>(most))), 1, most);
-  double from = 0.0;
-  for (int i = 1; i <= count; ++i) {
-    const double share = static_cast<double>(i) / count;
-    const double to = i == count ? shape.length : slope > 0.0 ? std::expm1(grown * share) / slope : shape.length * share;
+  const double growth = std::expm1(grown / count);
+  double from = 0.0, height = slope > 0.0 ? growth / slope : shape.length / count;
+  for (int i = 1; i <= count; ++i, height += growth * height) {
+    const double to = i < count ? from + height : shape.length;
     rows[i - 1] = {to - from, shape.base + 2.0 * shape.tangent * to};
     from = to;
   }
@@ -204,8 +227,9 @@ int fittedRows(const Trapezoid& shape, double zeta, int most, RowSize* rows) noe
 
 int columnCount(const RowSize& row, double sigma, int most) noexcept {
   constexpr double kRounding = 1.0 - 1e-12;
-  const double columns = std::ceil(row.width / row.height / (1.0 + sigma) * kRounding);
-  return columns < most ? std::max(static_cast<int>(columns), 1) : most;
+  int columns = 1;
+  while (columns < most && row.height * (1.0 + sigma) * columns < row.width * kRounding) ++columns;
+  return columns;
 }
 
 double wasteOf(const RowSize& row, double tangent) noexcept { return row.height * tangent / row.width; }
@@ -225,20 +249,31 @@ Status splitRows(const Region& region, const LightSpace& light, const RowSetting
   if (region.spanCount == 0) return Status::ok;
   Splits whole;
   whole.count = 1;
+  whole.isWedged = true;
+  whole.rows.count = 1;
+  whole.rows.along = kUnbounded;
+  whole.rows.rows[0] = {-kInfinity, 0.0, 0.0, 1, 0};
   whole.slices[0] = {region.spans[0].near, region.spans[region.spanCount - 1].far};
-  Footprint footprint;
+  whole.wedges[0] = {kUnbounded, kUnbounded, kUnbounded, -kInfinity, kInfinity};
+  Footprint& footprint = layout.whole;
   Served served;
   makeFootprints(region, light, whole, Margin{}, false, false, &footprint, &served);
   if (footprint.count == 0 || served.count == 0) return Status::ok;
-  const double pixel = *std::min_element(served.pixels, served.pixels + served.count);
+  glm::dvec3 seen[kMaxHull];  // by width
+  for (int i = 0; i < served.count; ++i) {
+    int j = i;
+    for (; j > 0 && served.pixels[i] < seen[j - 1].z; --j) seen[j] = seen[j - 1];
+    seen[j] = glm::dvec3(glm::dvec2(served.points[i]), served.pixels[i]);
+  }
+  const double pixel = seen[0].z;
   double least = kInfinity;
   for (const int side : {2, 0, 1}) {  // the view direction, the image's right and up
-    const glm::dvec2 seen(light.lsFromView[side]);
-    const double squared = glm::dot(seen, seen);
+    const glm::dvec2 along(light.lsFromView[side]);
+    const double squared = glm::dot(along, along);
     if (!(squared > 0.0)) continue;
-    const glm::dvec2 axis = seen / std::sqrt(squared);
+    const glm::dvec2 axis = along / std::sqrt(squared);
     Profile profile;
-    makeProfile(served, axis, profile);
+    makeProfile(seen, served.count, axis, profile);
     const Weight weight = weigh(profile, pixel);
     const Trapezoid shape = leastTrapezoid(footprint.hull, footprint.count, axis, weight.centre, pixel);
     const double turn = glm::dot(shape.axis, axis) < 0.0 ? -1.0 : 1.0;
@@ -248,7 +283,7 @@ Status splitRows(const Region& region, const LightSpace& light, const RowSetting
     layout.shape = shape;
   }
   Profile profile;
-  if (settings.rule == RowRule::error) makeProfile(served, layout.shape.axis, profile);
+  if (settings.rule == RowRule::error) makeProfile(seen, served.count, layout.shape.axis, profile);
   const Status status = makeLayout(settings, profile, most, layout);
   if (status == Status::ok) writeWedges(region, light, settings, layout, splits);
   splits.isWedged = splits.count > 1;  // one that nothing bounds is a slice, which depth selects too

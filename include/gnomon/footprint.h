@@ -54,8 +54,8 @@ struct Served {
 
 // Gathers the slices' footprints, each slice padded by the depth quantum and the blend band and cut to where its samples lie, and where
 // `served` is not null, which it must not be for wedges, the vertices that each serves. One of each for each slice. mayCopy: false where
-// every hull must be its own.
+// every hull must be its own. whole: the region's, where it is known: rows are cut from it.
 void makeFootprints(const Region& region, const LightSpace& light, const Splits& splits, const Margin& margin, bool byViewDepth,
-                    bool mayCopy, Footprint* footprints, Served* served) noexcept;
+                    bool mayCopy, Footprint* footprints, Served* served, const Footprint* whole = nullptr) noexcept;
 
 }  // namespace gnomon

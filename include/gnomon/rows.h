@@ -66,6 +66,7 @@ struct RowLayout {
   RowSize sizes[kMaxPartitions];
   int columns[kMaxPartitions];
   double waste = 0.0;  // greatest rho
+  Footprint whole;  // of the region, which they cut; nothing where count is 0
 };
 
 // Errors: rowsZeta, rowsSigma, rowsMaxRows, rowsMaxColumns; value: what was refused.

@@ -34,7 +34,7 @@ FAULTS = [
     ('solver/footprint.cpp', 'edge.end > slab.far ? addBetween(edge, slab.far) : addVertex(edge.to);', 'addVertex(edge.to);', 'slice not cut at its far end'),
     ('solver/footprint.cpp', 'width = std::min(width, all.pixels[i]);', 'width = all.pixels[i];', 'not the least width of a band'),
     # fit
-    ('solver/fit.cpp', 'fit.least = bounds.least - (size - span) / 2.0;', 'fit.least = bounds.least;', 'thin hull not centred'),
+    ('solver/fit.cpp', 'fit.least = bounds.least * perLength - (size - span) / 2.0;', 'fit.least = bounds.least * perLength;', 'thin hull not centred'),
     ('solver/fit.cpp', 'const glm::dvec2 inner = texels - 2.0 * margin - (isSnapped ? 1.0 : 0.0);', 'const glm::dvec2 inner = texels - (isSnapped ? 1.0 : 0.0);', 'dropped margin'),
     ('solver/fit.cpp', 'if (frame.shadowMap.depth == DepthConvention::reversedZeroToOne) perDepth *= -1.0, byW = 1.0;', '', 'reversed map drawn forward'),
     ('solver/fit.cpp', 'const double flip = frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0;', 'const double flip = 1.0;', 'Vulkan y not flipped'),
@@ -51,7 +51,7 @@ FAULTS = [
     # error, warp, face, rows, histogram, sdsm
     ('solver/error.cpp', 'widest * widest * texels', 'widest * texels', 'spent texels by length'),
     ('solver/rows.cpp', 'width /= 1.0 - 2.0 * (isNarrow ? shape.tangent : zeta);', 'width /= 1.0 - (isNarrow ? shape.tangent : zeta);', 'eq. 1 without its 2'),
-    ('solver/rows.cpp', 'const double share = static_cast<double>(i) / count;', 'const double share = static_cast<double>(i - 1) / count;', 'off-by-one row'),
+    ('solver/rows.cpp', 'std::expm1(grown / count)', 'std::expm1(grown / (count + 1))', 'off-by-one row'),
     # glsl
     ('glsl/gnomon_pssm.glsl', 'return int(dot(begun, vec4(1.0))) - 1;', 'return int(dot(begun, vec4(1.0)));', 'off-by-one partition'),
     ('glsl/gnomon_pssm.glsl', 'vec4 p = begun.w > 0.0 ? at3 : begun.z > 0.0 ? at2 : begun.y > 0.0 ? at1 : at0;', 'vec4 p = begun.w > 0.0 ? at3 : begun.y > 0.0 ? at2 : begun.z > 0.0 ? at1 : at0;', 'swapped components'),

@@ -21,7 +21,7 @@ constexpr int kUnlike = 3;  // so few slices have ratios of their own, and littl
 constexpr int kEverywhere = 36;  // or so, where there is none
 constexpr int kFineTrials = 12;  // from its own
 constexpr int kHeldTrials = 0;  // from the map of the frame before, taken as it is
-constexpr double kMostWork = 440.0;  // a choice may take, in shapes tried: some 110 us
+constexpr double kMostWork = 420.0;  // a choice may take, in shapes tried: some 105 us
 constexpr double kNear = 1.03;  // of a target, so that a little more may meet it
 
 // The texels that maps take for error e: area / e^2 + edge / e + fixed.
@@ -131,6 +131,7 @@ class Chooser {
     if (!makeSplits(choice, made.splits)) return candidate;
     const MapSettings making{.fit = FitMode::tight,
                              .warp = {.warp = choice.warp},
+                             .whole = hasPlane_ ? &plane_.whole : nullptr,
                              .shares = Shares::error,
                              .hints = hints,
                              .chained = choice.count <= kFew ? kFineTrials : kSliceTrials};
@@ -398,12 +399,14 @@ class Chooser {
     splits.isWedged = false;
     splits.rows.count = 0;
     double refused = 0.0;
-    RowLayout layout;
     switch (choice.layout) {
       case AutoLayout::slices: (void)split(region_, {}, choice.count, splits, refused); return splits.count > 0;
       case AutoLayout::faces: splitFaces(region_, light_, NearFace::own, choice.count, true, splits); break;
       case AutoLayout::rows:
-        (void)splitRows(region_, light_, {.rule = RowRule::error, .maxColumns = 1}, choice.count, splits, layout);
+        if (!hasPlane_) makeRowPlane(region_, light_, plane_);
+        hasPlane_ = true;
+        RowLayout layout;
+        (void)splitRows(region_, light_, plane_, {.rule = RowRule::error, .maxColumns = 1}, choice.count, splits, layout);
         break;
     }
     return splits.isWedged && splits.count > 0;
@@ -442,6 +445,8 @@ class Chooser {
   Fitted fitted_[2];
   WarpHint slices_[kMaxPartitions];  // shapes of the slices searched last
   int searched_ = 0;  // their number
+  RowPlane plane_;  // of rows, found when they are first considered
+  bool hasPlane_ = false;
   Demand demands_[kMaxCandidates];  // of the report's candidates
   int fits_[kMaxCandidates];
 };

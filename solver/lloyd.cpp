@@ -19,18 +19,14 @@ struct Choice {
 // The partitions of one choice, at most its count, for maps that are made so.
 Status splitByChoice(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings,
                      const MapSettings& making, const Choice& choice, Splits& splits, double& refused, std::uint32_t& warnings) noexcept {
-  const auto [scheme, count, isRows] = choice;
-  if (isRows) {
-    RowLayout layout;
-    return splitRows(region, light, {.rule = RowRule::error, .maxColumns = 1}, count, splits, layout);
-  }
-  if (hasFaces(scheme)) {
-    splitFaces(region, light, settings.nearFace, count, scheme == LloydScheme::fpzpw, splits);
+  const int count = choice.count;
+  if (hasFaces(choice.scheme)) {
+    splitFaces(region, light, settings.nearFace, count, choice.scheme == LloydScheme::fpzpw, splits);
     if (splits.count > 0 || region.spanCount == 0) return Status::ok;
     warnings |= static_cast<std::uint32_t>(Warning::facesMissing);
     splits = {};
   }
-  if (scheme == LloydScheme::w) return split(region, {}, 1, splits, refused);
+  if (choice.scheme == LloydScheme::w) return split(region, {}, 1, splits, refused);
   if (!settings.minimax) return split(region, settings.split, count, splits, refused);
   splitMinimax(frame, region, light, making, count, splits);
   return Status::ok;
@@ -45,6 +41,8 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
   Splits splits;
   MapFits maps;
   MapFit rough[kMaxPartitions];
+  RowPlane plane;
+  RowLayout rows;
   Solution tried;
   double least = kInfinity;
   bool areAlike = false;
@@ -52,8 +50,13 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
     double refused = 0.0;
     std::uint32_t warnings = 0;
     splits = {};
-    if (splitByChoice(frame, region, light, settings, making, choice, splits, refused, warnings) != Status::ok || warnings != 0)
+    if (choice.isRows) {
+      makeRowPlane(region, light, plane);
+      roughly.whole = &plane.whole;
+      (void)splitRows(region, light, plane, {.rule = RowRule::error, .maxColumns = 1}, choice.count, splits, rows);
+    } else if (splitByChoice(frame, region, light, settings, making, choice, splits, refused, warnings) != Status::ok || warnings != 0) {
       splits.count = 0;
+    }
     if (splits.count == 0) return false;
     // A named warp says at a tenth of the price what has no hope: what won by the least warp hardly ever needed more than this by LiSPSM,
     // times the least so far, in 2700 views of 4, 8 and 16 maps. Faces and what a box has cut are seldom along LiSPSM's axis.

@@ -8,14 +8,12 @@ namespace gnomon {
 namespace {
 
 // The rows and columns, or the slices, that need the fewest texels.
-void findLeast(const Frame& frame, const Region& region, const LightSpace& light, const LspsmSettings& settings, const MapSettings& making,
-               Splits& splits, RowLayout& layout) noexcept {
+void findLeast(const Frame& frame, const Region& region, const LightSpace& light, const RowPlane& plane, const LspsmSettings& settings,
+               const MapSettings& making, Splits& splits, RowLayout& layout) noexcept {
   MapFits maps;
   double least = kInfinity;
   const auto consider = [&](const Splits& made, const RowLayout& rows) {
-    MapSettings by = making;
-    if (made.rows.count > 0) by.whole = &rows.whole;
-    fitMaps(frame, region, light, made, by, needsViewDepth(region, made), maps);
+    fitMaps(frame, region, light, made, making, needsViewDepth(region, made), maps);
     if (!(maps.neededTexels < least)) return;
     least = maps.neededTexels;
     splits = made;
@@ -26,7 +24,7 @@ void findLeast(const Frame& frame, const Region& region, const LightSpace& light
   for (rowing.maxColumns = 1; rowing.maxColumns <= mostColumns; ++rowing.maxColumns) {
     Splits made;
     RowLayout rows;
-    if (splitRows(region, light, rowing, frame.budget.partitions, made, rows) == Status::ok && made.count > 0) consider(made, rows);
+    if (splitRows(region, light, plane, rowing, frame.budget.partitions, made, rows) == Status::ok && made.count > 0) consider(made, rows);
   }
   Splits slices;
   double refused = 0.0;
@@ -45,15 +43,18 @@ Status solveLspsm(const Frame& frame, const LspsmSettings& settings, Solution& s
   if (const Status status = validate(settings.warp, solution.refusedValue); status != Status::ok) return refuse(solution, status);
 
   const bool isPaper = settings.rows.rule == RowRule::paper, isByError = settings.rows.rule == RowRule::error;
-  MapSettings making{.fit = FitMode::tight, .warp = settings.warp, .shares = isPaper ? Shares::equal : Shares::error};
+  RowPlane plane;
+  makeRowPlane(region, light, plane);
+  const MapSettings making{
+      .fit = FitMode::tight, .warp = settings.warp, .whole = &plane.whole, .shares = isPaper ? Shares::equal : Shares::error};
   Splits splits;
   if (isByError) {
-    findLeast(frame, region, light, settings, making, splits, made);
-  } else if (const Status status = splitRows(region, light, settings.rows, frame.budget.partitions, splits, made); status != Status::ok) {
+    findLeast(frame, region, light, plane, settings, making, splits, made);
+  } else if (const Status status = splitRows(region, light, plane, settings.rows, frame.budget.partitions, splits, made);
+             status != Status::ok) {
     solution.refusedValue = std::min(settings.rows.maxRows, frame.budget.partitions);
     return refuse(solution, status);
   }
-  if (splits.rows.count > 0) making.whole = &made.whole;
   if (const Status status = makeMaps(frame, region, light, splits, making, solution); status != Status::ok) return refuse(solution, status);
   constexpr double kRounding = 1.0 + 1e-9;
   if (!isByError && made.waste > settings.rows.zeta * kRounding) solution.warnings |= static_cast<std::uint32_t>(Warning::rowsWaste);

@@ -13,15 +13,15 @@ struct Profile {
   glm::dvec2 points[kMaxHull];  // coordinate, width; coordinates rise
 };
 
-// seen: x and y on the light plane, and the width there, which never falls: a point adds to an end of the hull, or lies above it.
-void makeProfile(const glm::dvec3* seen, int count, const glm::dvec2& axis, Profile& profile) noexcept {
+// Widths never fall: a point adds to an end of the hull, or lies above it.
+void makeProfile(const RowPlane& plane, const glm::dvec2& axis, Profile& profile) noexcept {
   glm::dvec2 chain[2 * kMaxHull];
   int first = kMaxHull, last = kMaxHull;
   const auto pointOf = [&](const glm::dvec3& p) { return glm::dvec2(axis.x * p.x + axis.y * p.y, p.z); };
   const auto turn = [&](int a, int b, const glm::dvec2& p) { return cross2(chain[b] - chain[a], p - chain[a]); };
-  chain[first] = pointOf(seen[0]);
-  for (int i = 1; i < count; ++i) {
-    const glm::dvec2 p = pointOf(seen[i]);
+  chain[first] = pointOf(plane.seen[0]);
+  for (int i = 1; i < plane.count; ++i) {
+    const glm::dvec2 p = pointOf(plane.seen[i]);
     if (p.x > chain[last].x) {
       while (first < last && turn(last - 1, last, p) <= 0.0) --last;
       chain[++last] = p;
@@ -36,7 +36,10 @@ void makeProfile(const glm::dvec3* seen, int count, const glm::dvec2& axis, Prof
 
 // Ends of rows with equal shares of the integral of 1 / width; between two points of the profile w grows by g = dw/du and the integral from
 // the first to u is log1p(g (u - u_0) / w_0) / g.
-void errorRows(const Trapezoid& shape, const Profile& profile, int count, RowSize* rows) noexcept {
+void errorRows(const RowPlane& plane, int count, RowSize* rows) noexcept {
+  const Trapezoid& shape = plane.shape;
+  Profile profile;
+  makeProfile(plane, shape.axis, profile);
   double whole[kMaxHull] = {};
   for (int i = 1; i < profile.count; ++i) {
     const glm::dvec2 d = profile.points[i] - profile.points[i - 1];
@@ -81,13 +84,13 @@ Weight weigh(const Profile& profile, double least) noexcept {
   return weight;
 }
 
-Status makeLayout(const RowSettings& settings, const Profile& profile, int most, RowLayout& layout) noexcept {
+Status makeLayout(const RowSettings& settings, const RowPlane& plane, int most, RowLayout& layout) noexcept {
   const int rows = std::min(settings.maxRows, most);
-  const Trapezoid& shape = layout.shape;
+  const Trapezoid& shape = layout.shape = plane.shape;
   if (settings.rule == RowRule::error) {
     const int columns = std::min(settings.maxColumns, most);
     layout.count = std::min(rows, most / columns);
-    errorRows(shape, profile, layout.count, layout.sizes);
+    errorRows(plane, layout.count, layout.sizes);
     std::fill_n(layout.columns, layout.count, columns);
   } else {
     layout.count = (settings.rule == RowRule::paper ? paperRows : fittedRows)(shape, settings.zeta, rows, layout.sizes);
@@ -242,11 +245,9 @@ Status validate(const RowSettings& settings, double& value) noexcept {
   return Status::ok;
 }
 
-Status splitRows(const Region& region, const LightSpace& light, const RowSettings& settings, int most, Splits& splits,
-                 RowLayout& layout) noexcept {
-  splits.count = splits.rows.count = layout.count = 0;
-  splits.isWedged = true;
-  if (region.spanCount == 0) return Status::ok;
+void makeRowPlane(const Region& region, const LightSpace& light, RowPlane& plane) noexcept {
+  plane.count = 0;
+  if (region.spanCount == 0) return;
   Splits whole;
   whole.count = 1;
   whole.isWedged = true;
@@ -255,17 +256,17 @@ Status splitRows(const Region& region, const LightSpace& light, const RowSetting
   whole.rows.rows[0] = {-kInfinity, 0.0, 0.0, 1, 0};
   whole.slices[0] = {region.spans[0].near, region.spans[region.spanCount - 1].far};
   whole.wedges[0] = {kUnbounded, kUnbounded, kUnbounded, -kInfinity, kInfinity};
-  Footprint& footprint = layout.whole;
+  Footprint& footprint = plane.whole;
   Served served;
   makeFootprints(region, light, whole, Margin{}, false, false, &footprint, &served);
-  if (footprint.count == 0 || served.count == 0) return Status::ok;
-  glm::dvec3 seen[kMaxHull];  // by width
+  if (footprint.count == 0 || served.count == 0) return;
+  plane.count = served.count;
   for (int i = 0; i < served.count; ++i) {
     int j = i;
-    for (; j > 0 && served.pixels[i] < seen[j - 1].z; --j) seen[j] = seen[j - 1];
-    seen[j] = glm::dvec3(glm::dvec2(served.points[i]), served.pixels[i]);
+    for (; j > 0 && served.pixels[i] < plane.seen[j - 1].z; --j) plane.seen[j] = plane.seen[j - 1];
+    plane.seen[j] = glm::dvec3(glm::dvec2(served.points[i]), served.pixels[i]);
   }
-  const double pixel = seen[0].z;
+  const double pixel = plane.seen[0].z;
   double least = kInfinity;
   for (const int side : {2, 0, 1}) {  // the view direction, the image's right and up
     const glm::dvec2 along(light.lsFromView[side]);
@@ -273,18 +274,23 @@ Status splitRows(const Region& region, const LightSpace& light, const RowSetting
     if (!(squared > 0.0)) continue;
     const glm::dvec2 axis = along / std::sqrt(squared);
     Profile profile;
-    makeProfile(seen, served.count, axis, profile);
+    makeProfile(plane, axis, profile);
     const Weight weight = weigh(profile, pixel);
     const Trapezoid shape = leastTrapezoid(footprint.hull, footprint.count, axis, weight.centre, pixel);
     const double turn = glm::dot(shape.axis, axis) < 0.0 ? -1.0 : 1.0;
     const double texels = (shape.base + 2.0 * shape.tangent * (turn * weight.centre - shape.from)) * weight.sum;
     if (!(texels < least)) continue;
     least = texels;
-    layout.shape = shape;
+    plane.shape = shape;
   }
-  Profile profile;
-  if (settings.rule == RowRule::error) makeProfile(seen, served.count, layout.shape.axis, profile);
-  const Status status = makeLayout(settings, profile, most, layout);
+}
+
+Status splitRows(const Region& region, const LightSpace& light, const RowPlane& plane, const RowSettings& settings, int most,
+                 Splits& splits, RowLayout& layout) noexcept {
+  splits.count = splits.rows.count = layout.count = 0;
+  splits.isWedged = true;
+  if (plane.count == 0) return Status::ok;
+  const Status status = makeLayout(settings, plane, most, layout);
   if (status == Status::ok) writeWedges(region, light, settings, layout, splits);
   splits.isWedged = splits.count > 1;  // one that nothing bounds is a slice, which depth selects too
   return status;

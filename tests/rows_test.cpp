@@ -177,7 +177,9 @@ void make(const Frame& frame, const RowSettings& settings, Made& made) {
   double value = 0.0;
   ASSERT_EQ(makeRegion(frame, made.region, index, value), Status::ok);
   ASSERT_EQ(makeLightSpace(frame.light, made.region, FitMode::tight, made.light), Status::ok);
-  made.status = splitRows(made.region, made.light, settings, frame.budget.partitions, made.splits, made.layout);
+  RowPlane plane;
+  makeRowPlane(made.region, made.light, plane);
+  made.status = splitRows(made.region, made.light, plane, settings, frame.budget.partitions, made.splits, made.layout);
 }
 
 // Any view, light and scene: rolled, off-axis, orthographic and cut views; light along the view or nearly.

@@ -59,6 +59,17 @@ int fittedRows(const Trapezoid& shape, double zeta, int most, RowSize* rows) noe
 // The paper's rho: the share of a row beside the trapezoid on each side.
 [[nodiscard]] double wasteOf(const RowSize& row, double tangent) noexcept;
 
+// What rows of a region are made from, however many.
+struct RowPlane {
+  Footprint whole;  // the region's, which rows cut
+  Trapezoid shape;  // around it
+  int count;  // vertices; 0: nothing to shadow
+  glm::dvec3 seen[kMaxHull];  // x, y and the pixel width at each, which rises
+};
+
+// Finds them, or that there is nothing.
+void makeRowPlane(const Region& region, const LightSpace& light, RowPlane& plane) noexcept;
+
 // What was made.
 struct RowLayout {
   Trapezoid shape;
@@ -66,15 +77,14 @@ struct RowLayout {
   RowSize sizes[kMaxPartitions];
   int columns[kMaxPartitions];
   double waste = 0.0;  // greatest rho
-  Footprint whole;  // of the region, which they cut; nothing where count is 0
 };
 
 // Errors: rowsZeta, rowsSigma, rowsMaxRows, rowsMaxColumns; value: what was refused.
 [[nodiscard]] Status validate(const RowSettings& settings, double& value) noexcept;
 
-// Splits the region into at most `most` wedges in rows: where there are too many, columns give way first, then rows. None where the region
+// Splits the region that the plane was made of into at most `most` wedges in rows: where there are too many, columns give way first, then rows. None where the region
 // is empty. Errors: rowsReach.
-[[nodiscard]] Status splitRows(const Region& region, const LightSpace& light, const RowSettings& settings, int most, Splits& splits,
-                               RowLayout& layout) noexcept;
+[[nodiscard]] Status splitRows(const Region& region, const LightSpace& light, const RowPlane& plane, const RowSettings& settings, int most,
+                               Splits& splits, RowLayout& layout) noexcept;
 
 }  // namespace gnomon

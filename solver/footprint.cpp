@@ -309,29 +309,29 @@ void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept
 }
 
 // Cuts a convex polygon along a line: what lies at dot(normal, p) >= offset stays, what lies at <= is written to `before`. Returns its vertices'
-// number. Without room for a vertex more, both are all of it.  [Sutherland and Hodgman 1974]
+// number. A part without room for its vertices is all of it.  [Sutherland and Hodgman 1974]
 int cutHull(glm::dvec2* hull, int& count, const glm::dvec2& normal, double offset, glm::dvec2* before) noexcept {
-  if (count == kMaxHull) {
-    std::copy_n(hull, count, before);
-    return count;
-  }
-  glm::dvec2 kept[kMaxHull];
-  int keptCount = 0, beforeCount = 0;
+  glm::dvec2 kept[2 * kMaxHull], gone[2 * kMaxHull];
+  int keptCount = 0, goneCount = 0;
   double atQ = count > 0 ? glm::dot(normal, hull[0]) - offset : 0.0;
   for (int i = 0; i < count; ++i) {
     const glm::dvec2 &p = hull[i], &q = hull[i + 1 < count ? i + 1 : 0];
     const double atP = atQ;
     atQ = glm::dot(normal, q) - offset;
     if (atP >= 0.0) kept[keptCount++] = p;
-    if (atP <= 0.0) before[beforeCount++] = p;
+    if (atP <= 0.0) gone[goneCount++] = p;
     if (!((atP < 0.0 && atQ > 0.0) || (atP > 0.0 && atQ < 0.0))) continue;
     // From the nearer: the farther may be all rounding there.
     const bool isNearP = std::abs(atP) < std::abs(atQ);
-    kept[keptCount++] = before[beforeCount++] = isNearP ? p + (q - p) * (atP / (atP - atQ)) : q + (p - q) * (atQ / (atQ - atP));
+    kept[keptCount++] = gone[goneCount++] = isNearP ? p + (q - p) * (atP / (atP - atQ)) : q + (p - q) * (atQ / (atQ - atP));
   }
+  const bool isRoom = goneCount <= kMaxHull;
+  if (!isRoom) goneCount = count;
+  std::copy_n(isRoom ? gone : hull, goneCount, before);
+  if (keptCount > kMaxHull) return goneCount;
   std::copy_n(kept, keptCount, hull);
   count = keptCount;
-  return beforeCount;
+  return goneCount;
 }
 
 // Cuts a footprint to where the samples of its depths lie, the hull of their bounds: never beyond the plain one. None there: it vanishes.
@@ -410,7 +410,8 @@ void forEachCell(const Region& region, const LightSpace& light, const Splits& sp
 }
 
 // The footprints of rows that lie between the same sides of one convex cell: what lies between the sides, cut along the lines where rows begin.
-// targets: each row's footprint; -1: it has other sides. whole: the region's, or null.
+// They run along the light: a directional one, whose light space is turned, no more. targets: each row's footprint; -1: it has other sides.
+// whole: the region's, or null.
 void addRows(const Cell& part, const Region& region, const LightSpace& light, const Rows& rows, const Wedge& sides, const int* targets,
              const Footprint* whole, Footprint* footprints, Served* served) noexcept {
   const glm::dmat3 lsFromView(light.lsFromView);
@@ -454,10 +455,15 @@ void addRows(const Cell& part, const Region& region, const LightSpace& light, co
     }
   }
   glm::dvec2 hull[kMaxHull], beyond[kMaxHull];
-  int count = whole ? whole->count : makeHull(ls, part.vertexCount, hull);
-  if (whole) std::copy_n(whole->hull, count, hull);
-  for (const Plane& side : {sides.left, sides.right})
-    if (whole && side.normal != glm::dvec3(0.0)) cutHull(hull, count, glm::dvec2(lsFromView * side.normal), -side.offset, beyond);
+  int count = 0;
+  if (whole) {
+    count = whole->count;
+    std::copy_n(whole->hull, count, hull);
+    for (const Plane& side : {sides.left, sides.right})
+      if (side.normal != glm::dvec3(0.0)) cutHull(hull, count, glm::dvec2(lsFromView * side.normal), -side.offset, beyond);
+  } else {
+    count = makeHull(ls, part.vertexCount, hull);
+  }
   for (int i = 0; i < rows.count; ++i) {
     Footprint* footprint = targets[i] < 0 ? nullptr : &footprints[targets[i]];
     glm::dvec2* row = footprint ? footprint->hull : beyond;

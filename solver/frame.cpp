@@ -17,10 +17,10 @@ Status validate(const Frame& frame, double& value) noexcept {
   if (value = margin.blend; !(isShare(value) && value < 1.0)) return Status::marginBlend;
   constexpr int kMostBorder = 1024;
   if (value = margin.border; margin.border < 0 || margin.border > kMostBorder) return Status::marginBorder;
+  for (const double motion : margin.motion)
+    if (value = motion; !isAmount(value)) return Status::marginMotion;
   const Budget& budget = frame.budget;
   if (value = budget.partitions; budget.partitions < 1 || budget.partitions > kMaxPartitions) return Status::budgetPartitions;
-  for (int i = 0; i < budget.partitions; ++i)
-    if (value = margin.motion[i]; !isAmount(value)) return Status::marginMotion;
   if (value = budget.resolution; budget.resolution < 1 || budget.resolution > kMaxTextureSide) return Status::budgetResolution;
   if (value = budget.texels; !(budget.texels == 0.0 || (budget.texels >= budget.partitions && std::isfinite(budget.texels))))
     return Status::budgetTexels;

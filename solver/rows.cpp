@@ -157,10 +157,10 @@ Trapezoid leastTrapezoid(const glm::dvec2* hull, int count, const glm::dvec2& ax
     lowest = lesser(at, lowest);
     highest = greater(at, highest);
   }
-  const double from = lowest[0], to = highest[0];
+  const double from = lowest[0], to = highest[0], at = std::clamp(centre, from, to);  // samples' bounds may leave it outside
   // Between sides of slope m and -m it is A + B + 2 m u wide at u, where A is the greatest v - m u and B the greatest -v - m u: convex and
   // piecewise linear in m. As m rises, the vertices that the sides touch move from the greatest u to the least, edge by edge, and the width
-  // falls while their mean is beyond the centre.
+  // falls while their mean is beyond the centre, and stays while it is there.
   const auto after = [&](int i) { return i + 1 < count ? i + 1 : 0; };
   const auto before = [&](int i) { return i > 0 ? i - 1 : count - 1; };
   const auto slopeTo = [&](int i, int j, double side) {
@@ -169,8 +169,7 @@ Trapezoid leastTrapezoid(const glm::dvec2* hull, int count, const glm::dvec2& ax
   };
   int upper = start, lower = start;
   double m = 0.0, onUpper = slopeTo(upper, after(upper), 1.0), onLower = slopeTo(lower, before(lower), -1.0);
-  const double twice = 2.0 * std::max(centre, from);
-  while (p[upper].x + p[lower].x > twice) {
+  while (from < to && p[upper].x + p[lower].x >= 2.0 * at) {
     const double next = std::min(onUpper, onLower);
     if (!(next < kInfinity)) break;
     m = next;
@@ -188,7 +187,7 @@ Trapezoid leastTrapezoid(const glm::dvec2* hull, int count, const glm::dvec2& ax
     most = greater(sides - both(m * p[i].x), most);
   }
   double slope = m, top = most[0], bottom = most[1];
-  if (!(top + bottom + 2.0 * m * centre < highest[1] - lowest[1])) {  // no less than a rectangle
+  if (!(top + bottom + 2.0 * m * at < highest[1] - lowest[1])) {  // no less than a rectangle
     slope = 0.0;
     top = highest[1];
     bottom = -lowest[1];
@@ -269,16 +268,17 @@ void makeRowPlane(const Region& region, const LightSpace& light, RowPlane& plane
   const double pixel = plane.seen[0].z;
   double least = kInfinity;
   for (const int side : {2, 0, 1}) {  // the view direction, the image's right and up
-    const glm::dvec2 along(light.lsFromView[side]);
-    const double squared = glm::dot(along, along);
+    const glm::dvec2 seen(light.lsFromView[side]);
+    const double squared = glm::dot(seen, seen);
     if (!(squared > 0.0)) continue;
-    const glm::dvec2 axis = along / std::sqrt(squared);
+    const glm::dvec2 axis = seen / std::sqrt(squared);
     Profile profile;
     makeProfile(plane, axis, profile);
     const Weight weight = weigh(profile, pixel);
     const Trapezoid shape = leastTrapezoid(footprint.hull, footprint.count, axis, weight.centre, pixel);
     const double turn = glm::dot(shape.axis, axis) < 0.0 ? -1.0 : 1.0;
-    const double texels = (shape.base + 2.0 * shape.tangent * (turn * weight.centre - shape.from)) * weight.sum;
+    const double along = std::clamp(turn * weight.centre - shape.from, 0.0, shape.length);
+    const double texels = (shape.base + 2.0 * shape.tangent * along) * weight.sum;
     if (!(texels < least)) continue;
     least = texels;
     plane.shape = shape;

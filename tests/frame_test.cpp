@@ -19,6 +19,10 @@ TEST(Frame, ReportsTheValueRefused) {
   frame.budget.texels = 2.0;
   EXPECT_EQ(validate(frame, value), Status::budgetTexels);
   EXPECT_EQ(value, 2.0);
+  frame = usualFrame();
+  frame.margin.motion[kMaxPartitions - 1] = -3.0;  // of no map that the budget allows: what more maps would need is asked for, too
+  EXPECT_EQ(validate(frame, value), Status::marginMotion);
+  EXPECT_EQ(value, -3.0);
   EXPECT_EQ(validate(usualFrame(), value), Status::ok);
 }
 

@@ -128,7 +128,10 @@ TEST(Rows, TheTrapezoidIsTheLeast) {
       from = std::min(from, glm::dot(axis, hull[i]));
       to = std::max(to, glm::dot(axis, hull[i]));
     }
-    const double centre = random.uniform(from, to);
+    // Inside, at the ends and past them, where the nearer end counts.
+    const double past = random.uniform(0.0, 1.0), inside = random.uniform(from, to);
+    const double centres[] = {inside, from, to, from - past, to + past}, centre = centres[random.index(5)],
+                 at = std::clamp(centre, from, to);
     const Trapezoid shape = leastTrapezoid(hull, count, axis, centre, 1e-9);
     const glm::dvec2 across(-shape.axis.y, shape.axis.x);
     for (int i = 0; i < count; ++i) {
@@ -137,7 +140,7 @@ TEST(Rows, TheTrapezoidIsTheLeast) {
       EXPECT_LE(u, shape.length + 1e-12);
       EXPECT_LE(std::abs(v), shape.base / 2.0 + shape.tangent * u + 1e-9);
     }
-    const double along = glm::dot(shape.axis, axis) > 0.0 ? centre : -centre;
+    const double along = glm::dot(shape.axis, axis) > 0.0 ? at : -at;
     const double width = shape.base + 2.0 * shape.tangent * (along - shape.from);
     for (int i = 0; i < 10000; ++i) {
       const double m = std::tan(random.uniform(-1.5, 1.5));
@@ -147,7 +150,7 @@ TEST(Rows, TheTrapezoidIsTheLeast) {
         a = std::max(a, v - m * u);
         b = std::max(b, -v - m * u);
       }
-      ASSERT_GE(a + b + 2.0 * m * centre, width * (1.0 - 1e-12));
+      ASSERT_GE(a + b + 2.0 * m * at, width * (1.0 - 1e-12) - 1.001e-9);  // no side is shorter than 1e-9
     }
   }
 }
@@ -167,6 +170,7 @@ TEST(Rows, FlatHullsHaveSides) {
 struct Made {
   Region region;
   LightSpace light;
+  RowPlane plane;
   Splits splits;
   RowLayout layout;
   Status status;
@@ -177,9 +181,8 @@ void make(const Frame& frame, const RowSettings& settings, Made& made) {
   double value = 0.0;
   ASSERT_EQ(makeRegion(frame, made.region, index, value), Status::ok);
   ASSERT_EQ(makeLightSpace(frame.light, made.region, FitMode::tight, made.light), Status::ok);
-  RowPlane plane;
-  makeRowPlane(made.region, made.light, plane);
-  made.status = splitRows(made.region, made.light, plane, settings, frame.budget.partitions, made.splits, made.layout);
+  makeRowPlane(made.region, made.light, made.plane);
+  made.status = splitRows(made.region, made.light, made.plane, settings, frame.budget.partitions, made.splits, made.layout);
 }
 
 // Any view, light and scene: rolled, off-axis, orthographic and cut views; light along the view or nearly.
@@ -210,6 +213,45 @@ Frame anyFrame(Random& random, int k, std::vector<Box>& boxes, glm::dvec4& plane
   }
   frame.budget.partitions = 1 + random.index(16);
   return frame;
+}
+
+// What is cut from the region's hull is the hull of what each rectangle holds: as far in every direction.
+TEST(Rows, HullsCutFromTheWholeAreEachTheirOwn) {
+  Random random(504);
+  std::vector<Box> boxes;
+  glm::dvec4 plane(0.0);
+  auto made = std::make_unique<Made>();
+  std::array<Footprint, kMaxPartitions> cut, own;
+  std::array<Served, kMaxPartitions> served;
+  int compared = 0;
+  for (int k = 1; k < 4000; ++k) {
+    if (k % 7 < 2) continue;  // along the light a region's sides may be lines
+    const Frame frame = anyFrame(random, k, boxes, plane);
+    const RowSettings settings{.rule = k % 2 ? RowRule::error : RowRule::fitted, .maxColumns = 1 + random.index(4)};
+    make(frame, settings, *made);
+    ASSERT_EQ(made->status, Status::ok);
+    if (made->splits.count < 2 || frame.scene.receivers.size() > 1) continue;
+    const auto find = [&](const Footprint* whole, std::array<Footprint, kMaxPartitions>& footprints) {
+      makeFootprints(made->region, made->light, made->splits, frame.margin, false, false, footprints.data(), served.data(), whole);
+    };
+    find(&made->plane.whole, cut);
+    find(nullptr, own);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(made->splits.count); ++i) {
+      ASSERT_EQ(cut[i].count > 0, own[i].count > 0);
+      for (int d = 0; d < 16; ++d) {
+        const glm::dvec2 way(std::cos(d * kPi / 8.0), std::sin(d * kPi / 8.0));
+        const auto reachOf = [&](const Footprint& footprint) {
+          double reach = -kInfinity;
+          for (int v = 0; v < footprint.count; ++v) reach = std::max(reach, glm::dot(way, footprint.hull[v]));
+          return reach;
+        };
+        if (cut[i].count == 0) continue;
+        ASSERT_NEAR(reachOf(cut[i]), reachOf(own[i]), 1e-9 * own[i].reach) << k;
+        ++compared;
+      }
+    }
+  }
+  EXPECT_GT(compared, 10000);
 }
 
 // No overlap and no gap, exactly: rows share their ends and columns their sides, bit for bit, and nothing bounds the outer ones, so

@@ -27,7 +27,7 @@ struct MapSettings {
   FitMode fit = FitMode::tight;
   WarpSettings warp;  // of tight fits
   const LightRectangle* rectangles = nullptr;  // for each slice, instead of the least one; doubled: along (1, 0); null: none
-  const Footprint* whole = nullptr;  // the region's, which rows are cut from; null: it is made again
+  const Footprint* whole = nullptr;  // the region's, which rows are cut from; null: each column's own is made
   Shares shares = Shares::equal;
   const WarpHint* hints = nullptr;  // where the search of each slice's least warp begins; null: everywhere
   double most = kInfinity;  // texels: maps that need more are not fitted further, and only that they do is then known

@@ -151,7 +151,7 @@ std::string base64(std::span<const std::uint8_t> bytes) {
 
 double timedSolve(const Case& input, int repeat, Solution& solution) {
   using Clock = std::chrono::steady_clock;
-  constexpr int kBatches = 101;  // of many solves, so that reading the clock costs them nothing
+  constexpr int kBatches = 101;  // of many solves each, where many are asked for: then reading the clock costs them nothing
   const int batch = std::max(repeat / kBatches, 1);
   std::vector<double> times;
   for (int done = 0; done < repeat && (done == 0 || solution.status == Status::ok);) {

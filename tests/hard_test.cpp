@@ -57,6 +57,11 @@ std::string checkPoint(const HardCase& c, const Solution& solution, const glm::d
   for (const glm::dvec4& plane : frame.scene.planes)
     if (!(glm::dot(glm::dvec3(plane), ws) + plane.w >= 4e-15 * (glm::length(glm::dvec3(plane)) * glm::length(ws) + std::abs(plane.w))))
       return {};
+  // Corners are given as positions: both they and the point are off by their rounding.
+  const auto roundingOf = [&](const Partition& map, int r) {
+    const glm::dvec3 row(map.clipFromWorld[0][r], map.clipFromWorld[1][r], map.clipFromWorld[2][r]);
+    return c.eyes.empty() ? 0.0 : 2.0 * std::numeric_limits<double>::epsilon() * glm::length(ws) * glm::length(row);
+  };
   bool isCovered = false, isClaimedAtAll = false;
   std::ostringstream wrong;
   const double lowest = frame.shadowMap.depth == DepthConvention::negativeOneToOne ? -1.0 : 0.0;
@@ -72,16 +77,11 @@ std::string checkPoint(const HardCase& c, const Solution& solution, const glm::d
     const glm::dvec3 rel = ws - solution.originWs;
     const glm::dvec4 q = glm::dmat4(map.clipFromWorld) * glm::dvec4(rel, 1.0);
     const glm::dvec3 ndc = glm::dvec3(q) / q.w;
-    // Corners are given as positions: both they and the point are off by their rounding.
-    const auto roundingOf = [&](int r) {
-      const glm::dvec3 row(map.clipFromWorld[0][r], map.clipFromWorld[1][r], map.clipFromWorld[2][r]);
-      return c.eyes.empty() ? 0.0 : 2.0 * std::numeric_limits<double>::epsilon() * glm::length(ws) * glm::length(row);
-    };
     constexpr double slack = 1.1e-6;
     // In world space a warning says that more than a tenth of a texel is lost.
     const double lost = frame.worldSpace ? 0.2 / std::min(map.viewport.z, map.viewport.w) : 0.0;
-    const bool isInside = q.w > 0.0 && std::abs(ndc.x) <= 1.0 + slack + lost + roundingOf(0) &&
-                          std::abs(ndc.y) <= 1.0 + slack + lost + roundingOf(1) && ndc.z >= lowest - slack - lost &&
+    const bool isInside = q.w > 0.0 && std::abs(ndc.x) <= 1.0 + slack + lost + roundingOf(map, 0) &&
+                          std::abs(ndc.y) <= 1.0 + slack + lost + roundingOf(map, 1) && ndc.z >= lowest - slack - lost &&
                           ndc.z <= 1.0 + slack + lost;
     if (isInside) isCovered = true;
     if (!isInside)
@@ -114,9 +114,11 @@ std::string checkPoint(const HardCase& c, const Solution& solution, const glm::d
       wrong << "not selected at depth " << z;
       return wrong.str();
     }
-    const glm::dvec4 q = glm::dmat4(solution.partitions[selected].clipFromWorld) * glm::dvec4(ws - solution.originWs, 1.0);
+    const Partition& map = solution.partitions[selected];
+    const glm::dvec4 q = glm::dmat4(map.clipFromWorld) * glm::dvec4(ws - solution.originWs, 1.0);
     const glm::dvec3 ndc = glm::dvec3(q) / q.w;
-    if (const double out = std::max(std::abs(ndc.x), std::abs(ndc.y)) - 1.0; !((q.w > 0.0 && out <= 1.1e-6) || frame.worldSpace)) {
+    const double out = std::max(std::abs(ndc.x) - roundingOf(map, 0), std::abs(ndc.y) - roundingOf(map, 1)) - 1.0;
+    if (!((q.w > 0.0 && out <= 1.1e-6) || frame.worldSpace)) {
       wrong << "outside the selected map " << selected << " at depth " << z << " clip-1 " << out;
       return wrong.str();
     }

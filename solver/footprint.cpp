@@ -308,8 +308,8 @@ void addSlab(Sink& points, const SeenCell& seen, const DepthSpan& slab) noexcept
   }
 }
 
-// Cuts a convex polygon along a line: what lies at dot(normal, p) >= offset stays, what lies at <= is written to `before`. Returns its vertices'
-// number. A part without room for its vertices is all of it.  [Sutherland and Hodgman 1974]
+// Cuts a convex polygon along a line: what lies at dot(normal, p) >= offset stays, what lies at <= is written to `before`. Returns the
+// number of its vertices. A part without room for its vertices is all of it.  [Sutherland and Hodgman 1974]
 int cutHull(glm::dvec2* hull, int& count, const glm::dvec2& normal, double offset, glm::dvec2* before) noexcept {
   glm::dvec2 kept[2 * kMaxHull], gone[2 * kMaxHull];
   int keptCount = 0, goneCount = 0;
@@ -409,9 +409,9 @@ void forEachCell(const Region& region, const LightSpace& light, const Splits& sp
   }
 }
 
-// The footprints of rows that lie between the same sides of one convex cell: what lies between the sides, cut along the lines where rows begin.
-// They run along the light: a directional one, whose light space is turned, no more. targets: each row's footprint; -1: it has other sides.
-// whole: the region's, or null.
+// The footprints of rows that lie between the same sides of one convex cell: what lies between the sides, cut along the lines where rows
+// begin. They run along the light: a directional one, whose light space is turned, no more. targets: each row's footprint; -1: it has other
+// sides. whole: the region's, or null.
 void addRows(const Cell& part, const Region& region, const LightSpace& light, const Rows& rows, const Wedge& sides, const int* targets,
              const Footprint* whole, Footprint* footprints, Served* served) noexcept {
   const glm::dmat3 lsFromView(light.lsFromView);

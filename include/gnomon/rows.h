@@ -82,8 +82,8 @@ struct RowLayout {
 // Errors: rowsZeta, rowsSigma, rowsMaxRows, rowsMaxColumns; value: what was refused.
 [[nodiscard]] Status validate(const RowSettings& settings, double& value) noexcept;
 
-// Splits the region that the plane was made of into at most `most` wedges in rows: where there are too many, columns give way first, then rows. None where the region
-// is empty. Errors: rowsReach.
+// Splits the region that the plane was made of into at most `most` wedges in rows: where there are too many, columns give way first, then
+// rows. None where the region is empty. Errors: rowsReach.
 [[nodiscard]] Status splitRows(const Region& region, const LightSpace& light, const RowPlane& plane, const RowSettings& settings, int most,
                                Splits& splits, RowLayout& layout) noexcept;
 

@@ -356,7 +356,7 @@ int main(int argc, char** argv) {
   CLI::App* renderCommand = app.add_subcommand("render", "solve a case, render a scene with it and judge the picture against ray tracing");
   arguments.addTo(*renderCommand);
   for (CLI::App* command : {solveCommand, renderCommand})
-    command->add_option("--repeat", arguments.repeat, "solve so often; solve_ns is the median of a hundred batches")
+    command->add_option("--repeat", arguments.repeat, "solve so often; solve_ns is the median of some hundred batches")
         ->check(CLI::Range(1, 100000000));
   renderCommand->add_option("--scene", scene, "a .glb file, or a built-in scene: colonnade, relief, city, hall")->required();
   renderCommand->add_option("--out", folder, "folder for pictures and arrays")->required();

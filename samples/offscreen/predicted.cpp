@@ -78,7 +78,7 @@ double texelAcrossEdges(const Frame& frame, const Solution& solution, const Rend
     }
     const double determinant = std::abs(texels[0].x * texels[1].y - texels[0].y * texels[1].x);
     const glm::dvec2 other = glm::abs(texels[1 - across]);
-    if (!(determinant > 0.0)) return;  // the surface is seen edge-on
+    if (!(determinant > 0.0 && std::isfinite(determinant))) return;  // a texel is a line there, or the surface is seen edge-on
     sum += (other.x + other.y) / determinant;  // of the parallelogram, by the inverse
     ++count;
   };

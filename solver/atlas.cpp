@@ -55,12 +55,14 @@ int shelve(const Bordered* cells, int count, int width, Visit&& visit) noexcept 
 bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, Atlas& atlas) noexcept {
   Bordered cells[kMaxPartitions];
   int widest = 0;
+  std::int64_t filled = 0;
   for (int i = 0; i < count; ++i) {  // insertion sort by falling height
     const Bordered cell{sizes[i].x + 2 * border, sizes[i].y + 2 * border, i};
     int j = i;
     for (; j > 0 && cells[j - 1].height < cell.height; --j) cells[j] = cells[j - 1];
     cells[j] = cell;
     widest = std::max(widest, cell.width);
+    filled += static_cast<std::int64_t>(cell.width) * cell.height;
   }
   std::int64_t leastArea = -1;
   int bestWidth = 0, bestHeight = 0;
@@ -68,6 +70,7 @@ bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, A
     sum += cells[last].width;
     const int width = std::max(sum, widest);
     if (width > most.width) break;
+    if (leastArea == filled && width >= std::max(bestWidth, bestHeight)) break;  // nothing is empty, and wider ones are no squarer
     const int height = shelve(cells, count, width, [](const Bordered&, int, int) {});
     if (height > most.height) continue;
     const std::int64_t area = static_cast<std::int64_t>(width) * height;

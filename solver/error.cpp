@@ -149,6 +149,15 @@ TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport,
   return texelOf(rowOf(clipFromWorld, 0) * (viewport.z / 2.0), rowOf(clipFromWorld, 1) * (viewport.w / 2.0), directionWs);
 }
 
+TexelError plainTexelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport) noexcept {
+  const auto edge = [&](int row, int texels) {
+    const glm::dvec3 gradient = rowOf(clipFromWorld, row);
+    return 2.0 / (texels * std::sqrt(glm::dot(gradient, gradient)));
+  };
+  const double s = edge(0, viewport.z), t = edge(1, viewport.w);
+  return {s, t, std::max(s, t)};
+}
+
 TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const glm::dvec3& directionWs,
                      const glm::dvec3& point) noexcept {
   const glm::dvec4 clip = glm::dmat4(clipFromWorld) * glm::dvec4(point, 1.0);

@@ -227,7 +227,7 @@ void cropMatrix(const Frame& frame, const LightSpace& light, const glm::dvec3& e
   for (int c = 0; c < 4; ++c) {  // from world - eye
     const glm::dvec4& ls = light.lsFromWorld[c];
     const Pair clip = byX * ls.x + byY * ls.y + byOne * ls.w;
-    const double clipW = w.x * ls.x + w.y * ls.y + w.z * ls.w;
+    const double clipW = fit.isWarped ? w.x * ls.x + w.y * ls.y + w.z * ls.w : ls.w;
     clipFromWorld[c] = {clip[0], clip[1], (ls.z - ls.w * centre) * perDepth + clipW * byW, clipW};
   }
   if (eyeMinusOriginWs != glm::dvec3(0.0)) clipFromWorld[3] -= clipFromWorld * glm::dvec4(eyeMinusOriginWs, 0.0);  // w too

@@ -201,7 +201,7 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     Partition& map = solution.partitions[m];
     map.clipFromWorld = glm::mat4(clipFromWorld[m]);
     map.error = maps.fits[i].isWarped ? certify(map.clipFromWorld, map.viewport, light, eyeMinusOrigin, maps.served[i])
-                                      : certify(texelSize(map.clipFromWorld, map.viewport, light.directionWs), maps.pixels[i]);
+                                      : certify(plainTexelSize(map.clipFromWorld, map.viewport), maps.pixels[i]);
     solution.maxError = std::max({solution.maxError, map.error.s, map.error.t});
     solution.neededTexels += map.error.s * map.error.t * map.viewport.z * map.viewport.w;
   }

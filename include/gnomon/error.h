@@ -16,6 +16,10 @@ namespace GNOMON_EXPORT gnomon {
 // directionWs: unit, from the light to the scene. Infinite where the matrix has no inverse on the light plane.
 [[nodiscard]] TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const glm::dvec3& directionWs) noexcept;
 
+// The same of a solved map that is not warped: its rows are across the light and each other but for a rounding, of which lengths know the
+// square alone.
+[[nodiscard]] TexelError plainTexelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport) noexcept;
+
 // The same of any projective map, at a point relative to Solution::originWs. Infinite behind the map's centre.
 [[nodiscard]] TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const glm::dvec3& directionWs,
                                    const glm::dvec3& point) noexcept;

@@ -5,28 +5,26 @@
 namespace gnomon {
 namespace {
 
-struct Limits {
-  int width, height;
-};
-
 // The side of a map that the margins leave one texel of.
 double leastSide(double margin) noexcept { return std::ceil(2.0 * margin) + 1.0; }
 
-// Whole texels for one map of `texels` texels whose inside, `margin` texels from each edge, has the fit's aspect.
-glm::ivec2 viewportSize(const MapFit& fit, double texels, double margin, const Limits& most) noexcept {
+// Whole texels for one map of `texels` texels whose inside, `margin` texels from each edge, has the fit's aspect. isLong: where a side should
+// be longer than it may.
+glm::ivec2 viewportSize(const MapFit& fit, double texels, double margin, const glm::ivec2& most, bool& isLong) noexcept {
   if (fit.aspect == 1.0) {
-    const int side = std::clamp(static_cast<int>(std::sqrt(texels)), 1, std::min(most.width, most.height));
-    return {side, side};
+    const int side = static_cast<int>(std::sqrt(texels)), longest = std::min(most.x, most.y);
+    isLong |= side > longest;
+    return glm::ivec2(std::clamp(side, 1, longest));
   }
   // (aspect h + 2 m)(h + 2 m) = texels for the inner height h
   const double aspect = std::clamp(fit.aspect, 1.0 / texels, texels);
   const double least = leastSide(margin), twice = 2.0 * margin, middle = twice * (1.0 + aspect);
   const double inner = (std::sqrt(std::max(middle * middle + 4.0 * aspect * (texels - twice * twice), 0.0)) - middle) / (2.0 * aspect);
   const double wanted = std::max(aspect * inner, 0.0) + twice;
-  const double widest = std::min(std::max(texels / least, 1.0), static_cast<double>(most.width));  // leaves the height its least side
-  const int width = static_cast<int>(std::clamp(wanted + 0.5, std::min(least, widest), widest));
-  const int height = std::clamp(static_cast<int>(texels / width), 1, most.height);
-  return {width, height};
+  const double widest = std::min(std::max(texels / least, 1.0), static_cast<double>(most.x));  // leaves the height its least side
+  const int width = static_cast<int>(std::clamp(wanted + 0.5, std::min(least, widest), widest)), height = static_cast<int>(texels / width);
+  isLong |= wanted > most.x || height > most.y;
+  return {width, std::clamp(height, 1, most.y)};
 }
 
 // A map with its border.
@@ -52,7 +50,7 @@ int shelve(const Bordered* cells, int count, int width, Visit&& visit) noexcept 
 }
 
 // The smallest atlas within the limits; false where none holds the maps.
-bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, Atlas& atlas) noexcept {
+bool place(const glm::ivec2* sizes, int count, int border, const glm::ivec2& most, Atlas& atlas) noexcept {
   Bordered cells[kMaxPartitions];
   int widest = 0;
   std::int64_t filled = 0;
@@ -69,10 +67,10 @@ bool place(const glm::ivec2* sizes, int count, int border, const Limits& most, A
   for (int last = 0, sum = 0; last < count; ++last) {  // as wide as the tallest maps side by side
     sum += cells[last].width;
     const int width = std::max(sum, widest);
-    if (width > most.width) break;
+    if (width > most.x) break;
     if (leastArea == filled && width >= std::max(bestWidth, bestHeight)) break;  // nothing is empty, and wider ones are no squarer
     const int height = shelve(cells, count, width, [](const Bordered&, int, int) {});
-    if (height > most.height) continue;
+    if (height > most.y) continue;
     const std::int64_t area = static_cast<std::int64_t>(width) * height;
     if (leastArea >= 0 && (area > leastArea || (area == leastArea && std::max(width, height) >= std::max(bestWidth, bestHeight)))) continue;
     leastArea = area;
@@ -95,19 +93,22 @@ double texelsPerMap(const Budget& budget, int count) noexcept {
                              : static_cast<double>(budget.resolution) * budget.resolution;
 }
 
+glm::ivec2 atlasLimit(const Budget& budget) noexcept {
+  const auto limit = [](int side) { return side > 0 ? side : kMaxTextureSide; };
+  return {limit(budget.atlas.x), limit(budget.atlas.y)};
+}
+
 Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, int count, Atlas& atlas) noexcept {
   const int border = frame.margin.border;
   const double margin = frame.margin.filter + frame.margin.normalOffset;
-  const Limits most{frame.budget.atlas.x > 0 ? frame.budget.atlas.x : kMaxTextureSide,
-                    frame.budget.atlas.y > 0 ? frame.budget.atlas.y : kMaxTextureSide};
-  const Limits mostMap{most.width - 2 * border, most.height - 2 * border};
-  if (mostMap.width < 1 || mostMap.height < 1) return Status::budgetAtlas;
-  if (!(leastSide(margin) <= std::min(mostMap.width, mostMap.height))) return Status::marginTexels;
+  const glm::ivec2 most = atlasLimit(frame.budget), mostMap = most - 2 * border;
+  if (mostMap.x < 1 || mostMap.y < 1) return Status::budgetAtlas;
+  if (!(leastSide(margin) <= std::min(mostMap.x, mostMap.y))) return Status::marginTexels;
   atlas.reduced = false;
   if (frame.shadowMap.layout == MapLayout::layers) {
     const int served = shares ? static_cast<int>(count - std::count(shares, shares + count, 0.0)) : count;
     const double texels = texelsPerMap(frame.budget, served);
-    const int side = std::min({static_cast<int>(std::sqrt(texels)), mostMap.width, mostMap.height});
+    const int side = std::min({static_cast<int>(std::sqrt(texels)), mostMap.x, mostMap.y});
     atlas.reduced = side < static_cast<int>(std::sqrt(texels));
     for (int i = 0; i < count; ++i) atlas.viewports[i] = {border, border, side, side};
     atlas.size = glm::ivec2(side + 2 * border);
@@ -126,7 +127,7 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
   // Over budget every map gives way alike.
   constexpr double kStep = 0.95;
   for (double scaled = texels;; scaled *= kStep) {
-    bool isLeast = true;
+    bool isLeast = true, isLong = false;
     for (int i = 0; i < count; ++i) {
       if (!shares && i > 0 && fits[i].aspect == fits[i - 1].aspect) {
         sizes[i] = sizes[i - 1];
@@ -134,10 +135,10 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
       }
       sizes[i] =
           viewportSize(fits[i], std::max(shares ? std::max(scaled * count * wanted[i] / sum, std::min(side * side, scaled)) : scaled, 1.0),
-                       margin, mostMap);
+                       margin, mostMap, isLong);
       isLeast &= sizes[i].x == 1 && sizes[i].y == 1;
     }
-    atlas.reduced = scaled < texels;
+    atlas.reduced = isLong || scaled < texels;
     if (place(sizes, count, border, most, atlas)) return Status::ok;
     if (isLeast) return Status::budgetAtlas;
   }

@@ -17,6 +17,7 @@ namespace {
 constexpr int kSliceTrials = 2;  // from the slice before, or the slice at its place in another count
 constexpr int kWedgeTrials = 6;  // from its named warp, which is less like it
 constexpr int kFew = 4;  // maps, whose searches take little
+constexpr int kMany = 8;  // more fitted by themselves leave no time to search for those of two layouts
 constexpr int kUnlike = 3;  // so few slices have ratios of their own, and little to search
 constexpr int kEverywhere = 36;  // or so, where there is none
 constexpr int kFineTrials = 12;  // from its own
@@ -24,17 +25,18 @@ constexpr int kHeldTrials = 0;  // from the map of the frame before, taken as it
 constexpr double kMostWork = 420.0;  // a choice may take, in shapes tried: some 105 us
 constexpr double kNear = 1.03;  // of a target, so that a little more may meet it
 
-// The texels that maps take for error e: area / e^2 + edge / e + fixed.
+// The texels that maps take for error e: area / e^2 + edge / e + fixed, and none suffice for less than the least, where a side is as long as
+// the atlas.
 struct Demand {
-  double area = 0.0, edge = 0.0, fixed = 0.0;
+  double area = 0.0, edge = 0.0, fixed = 0.0, least = 0.0;
 
-  [[nodiscard]] double texels(double error) const noexcept { return (area / error + edge) / error + fixed; }
+  [[nodiscard]] double texels(double error) const noexcept { return error < least ? kInfinity : (area / error + edge) / error + fixed; }
   // Of maps that need so many times fewer texels.
-  [[nodiscard]] Demand over(double gain) const noexcept { return {area / gain, edge / std::sqrt(gain), fixed}; }
+  [[nodiscard]] Demand over(double gain) const noexcept { return {area / gain, edge / std::sqrt(gain), fixed, least / std::sqrt(gain)}; }
   // The error that so many texels give; infinite where there are too few for any.
   [[nodiscard]] double error(double texels) const noexcept {
     const double left = texels - fixed;
-    return left > 0.0 ? 2.0 * area / (std::sqrt(edge * edge + 4.0 * area * left) - edge) : kInfinity;
+    return left > 0.0 ? std::max(2.0 * area / (std::sqrt(edge * edge + 4.0 * area * left) - edge), least) : kInfinity;
   }
 };
 
@@ -50,24 +52,45 @@ struct Fitted {
   MapFits maps;
 };
 
+// What a map's error asks of its sides beside that: the margins.
+double marginTexels(const Frame& frame) noexcept { return 2.0 * (frame.margin.filter + frame.margin.normalOffset); }
+
+// A map's sides in texels for error 1, with room for its motion.
+glm::dvec2 neededSides(const MapFit& fit, double motion) noexcept {
+  const glm::dvec2 room = 2.0 * motion * unitsPerWorld(fit) / fit.size;
+  return glm::dvec2(std::sqrt(fit.needed * fit.aspect), std::sqrt(fit.needed / fit.aspect)) * (1.0 + room);
+}
+
 // Sides in texels are what the map needs over the error, the margins, and what rounding to whole texels may take.
 Demand demandOf(const Frame& frame, const Fitted& fitted, double rounding, int& mapCount) noexcept {
-  const double extra = 2.0 * (frame.margin.filter + frame.margin.normalOffset) + rounding;
+  const double extra = marginTexels(frame) + rounding;
+  const glm::dvec2 most = glm::dvec2(atlasLimit(frame.budget)) - (2.0 * frame.margin.border + extra);
   Demand demand;
   double widest = 0.0;
   mapCount = 0;
   for (int i = 0; i < fitted.splits.count; ++i) {
-    const MapFit& fit = fitted.maps.fits[i];
     if (fitted.maps.footprints[i].count == 0) continue;
-    const glm::dvec2 room = 2.0 * frame.margin.motion[mapCount++] * unitsPerWorld(fit) / fit.size;
-    const glm::dvec2 side = glm::dvec2(std::sqrt(fit.needed * fit.aspect), std::sqrt(fit.needed / fit.aspect)) * (1.0 + room);
+    const glm::dvec2 side = neededSides(fitted.maps.fits[i], frame.margin.motion[mapCount++]);
     demand.area += side.x * side.y;
     demand.edge += (side.x + side.y) * extra;
     demand.fixed += extra * extra;
+    demand.least = std::max({demand.least, side.x / most.x, side.y / most.y});
     widest = std::max({widest, side.x, side.y});
   }
   if (frame.shadowMap.layout == MapLayout::atlas) return demand;
-  return {mapCount * widest * widest, mapCount * 2.0 * widest * extra, mapCount * extra * extra};
+  return {mapCount * widest * widest, mapCount * 2.0 * widest * extra, mapCount * extra * extra, widest / std::min(most.x, most.y)};
+}
+
+// The error of maps of whole texels.
+double errorOf(const Frame& frame, const Fitted& fitted, const Atlas& atlas) noexcept {
+  double error = 0.0;
+  for (int i = 0, m = 0; i < fitted.splits.count; ++i) {
+    if (fitted.maps.footprints[i].count == 0) continue;
+    const glm::dvec2 side = neededSides(fitted.maps.fits[i], frame.margin.motion[m++]);
+    const glm::dvec2 inner = glm::dvec2(atlas.viewports[i].z, atlas.viewports[i].w) - marginTexels(frame);
+    error = std::max({error, side.x / inner.x, side.y / inner.y});
+  }
+  return error;
 }
 
 // Compares choices and keeps the best one's maps.
@@ -80,7 +103,8 @@ class Chooser {
     if (region.camera.projection == Projection::perspective)
       grown_ = std::log(region.spans[region.spanCount - 1].far / region.spans[0].near);
     isCut_ = !frame.scene.receivers.empty() || !frame.scene.planes.empty();
-    canWarp_ = region.bounds.empty() && region.pixelSlope > 0.0;
+    canPart_ = region.bounds.empty();
+    canWarp_ = canPart_ && region.pixelSlope > 0.0;
   }
 
   // All that may be spent, and what of it an atlas is known to hold.
@@ -91,16 +115,16 @@ class Chooser {
   // What was fitted last.
   [[nodiscard]] const Fitted& last() const noexcept { return fitted_[last_]; }
   [[nodiscard]] bool hasBest() const noexcept { return fitted_[best_].candidate.choice.count > 0; }
-  // False where this frame cannot be served as the choice says: nothing of it is warped, or its sides have no rows.
+  // False where this frame cannot be served as the choice says: nothing of it is warped, or only slices know where samples lie.
   [[nodiscard]] bool canTake(const AutoChoice& choice) const noexcept {
-    return canWarp_ || (choice.layout == AutoLayout::slices && choice.warp == Warp::none);
+    return (canPart_ || choice.layout == AutoLayout::slices) && (canWarp_ || choice.warp == Warp::none);
   }
   // What the budget has for so many maps, and the largest texture.
   [[nodiscard]] double budgetOf(int count) const noexcept {
-    const auto sideOf = [](int most) { return static_cast<double>(most > 0 ? most : kMaxTextureSide); };
-    const double width = sideOf(frame_.budget.atlas.x), height = sideOf(frame_.budget.atlas.y), layer = std::min(width, height);
+    const glm::dvec2 limit(atlasLimit(frame_.budget));
+    const double layer = std::min(limit.x, limit.y);
     return std::min(texelsPerMap(frame_.budget, count) * count,
-                    frame_.shadowMap.layout == MapLayout::atlas ? width * height : count * layer * layer);
+                    frame_.shadowMap.layout == MapLayout::atlas ? limit.x * limit.y : count * layer * layer);
   }
   [[nodiscard]] double texelsForTarget() const noexcept { return texelsForTarget_; }
 
@@ -168,6 +192,8 @@ class Chooser {
   void chooseAll() noexcept {
     const int most = frame_.budget.partitions;
     int count = guessCount();
+    // Named warps say which of the two should be searched first: not always the slices.
+    if (isCut_ && canWarp_ && count > kMany) considerWedges(AutoLayout::rows, count);
     AutoCandidate at = considerSlices(count);
     const auto move = [&](int to) {
       if (to < 1 || to > most) return false;
@@ -189,11 +215,13 @@ class Chooser {
     while (count >= guessed && move(count + 1)) {
     }
     if (isCut_ && count > 2) (void)move(1);  // one map may need less than any few
-    if (!canWarp_) return;
+    if (!canPart_) return;
     // Where nothing but the error counts, rows and faces may use all maps though slices do not.
     const int wedges = best().candidate.isMet && settings_.hasTarget ? std::max(count, 2) : most;
     considerWedges(AutoLayout::rows, wedges);
+    if (frame_.scene.receivers.size() > 1) considerWedges(AutoLayout::columns, wedges + wedges % 2);  // which part what lies side by side
     considerWedges(AutoLayout::faces, wedges);
+    if (!canWarp_) return;
     if ((!settings_.hasTarget || !at.isMet) && count < guessed) (void)considerSlices(count);
     const AutoCandidate& found = best().candidate;
     const AutoChoice searched{found.choice.layout, found.choice.count, Warp::least};
@@ -294,9 +322,12 @@ class Chooser {
     return isBetter(searched, found) ? searched : found;
   }
 
+  // The warp of what is not searched.
+  [[nodiscard]] Warp namedWarp() const noexcept { return canWarp_ ? Warp::lispsm : Warp::none; }
+
   // Considers slices without a search.
   AutoCandidate considerNamed(int count) noexcept {
-    const AutoChoice choice{AutoLayout::slices, count, canWarp_ ? Warp::lispsm : Warp::none};
+    const AutoChoice choice{AutoLayout::slices, count, namedWarp()};
     const int at = find(choice);
     if (at == report_.count && canAfford(count, 0) && !isHopeless(count, 1, Warp::none, {leastNeed(count)}))
       (void)consider(choice, nullptr);
@@ -331,7 +362,7 @@ class Chooser {
     constexpr double kUsual = 1.5;
     const int most = frame_.budget.partitions;
     const double target = frame_.budget.targetError;
-    if (!settings_.hasTarget) return most;
+    if (!settings_.hasTarget) return grown_ > 0.0 ? most : 1;
     int best = most;
     double least = kInfinity;
     for (int count = most; count >= 1; --count) {
@@ -347,22 +378,25 @@ class Chooser {
 
   // Considers rows or faces. Named warps say at a tenth of a search's price how many, where the target can be met, and what has no hope.
   void considerWedges(AutoLayout layout, int count) noexcept {
+    const int one = layout == AutoLayout::columns ? 2 : 1;  // step from one number of maps to the next
     constexpr double kMostGain = 2.0;  // times the texels, what the least of all warps gains over LiSPSM: seldom more
     double gain = 1.1;  // usually
     const auto predict = [&](int maps, double by) {
       AutoCandidate found = kNone;
       if (maps < 2 || maps > frame_.budget.partitions || isHopeless(maps, 1, Warp::none, {leastNeed(maps)})) return found;
-      const AutoChoice choice{layout, maps, Warp::lispsm};
+      const AutoChoice choice{layout, maps, namedWarp()};
       int at = find(choice);
       if (at == report_.count && canAfford(maps, 0)) (void)consider(choice, nullptr);
       if (at == report_.count) return found;
       found = report_.candidates[at];
+      if (!canWarp_) return found;
       AutoCandidate searched = found;
       searched.choice.warp = Warp::least;
       weigh(demands_[at].over(by), fits_[at], searched);
       return isBetter(searched, found) ? searched : found;
     };
     const auto search = [&](int maps) {
+      if (!canWarp_) return false;
       const AutoChoice named{layout, maps, Warp::lispsm}, choice{layout, maps, Warp::least};
       const int at = find(named);
       if (at == report_.count || wasSearched(choice) || !canAfford(fits_[at], kWedgeTrials) ||
@@ -376,12 +410,12 @@ class Chooser {
     for (;;) {
       AutoCandidate at = predict(count, gain);
       if (settings_.hasTarget && at.isMet)
-        for (const int step : {-1, 1})
+        for (const int step : {-one, one})
           for (AutoCandidate next; isBetter(next = predict(count + step, gain), at); at = next) count += step;
       if (!search(count)) break;
     }
-    if (settings_.hasTarget && best().candidate.isMet && !predict(count - 1, gain).isMet && predict(count - 1, kMostGain).isMet)
-      (void)search(count - 1);
+    if (settings_.hasTarget && best().candidate.isMet && !predict(count - one, gain).isMet && predict(count - one, kMostGain).isMet)
+      (void)search(count - one);
   }
 
   // Searches for every map from that of a choice of as many.
@@ -403,10 +437,12 @@ class Chooser {
       case AutoLayout::slices: (void)split(region_, {}, choice.count, splits, refused); return splits.count > 0;
       case AutoLayout::faces: splitFaces(region_, light_, NearFace::own, choice.count, true, splits); break;
       case AutoLayout::rows:
+      case AutoLayout::columns:
         if (!hasPlane_) makeRowPlane(region_, light_, plane_);
         hasPlane_ = true;
         RowLayout layout;
-        (void)splitRows(region_, light_, plane_, {.rule = RowRule::error, .maxColumns = 1}, choice.count, splits, layout);
+        (void)splitRows(region_, light_, plane_, {.rule = RowRule::error, .maxColumns = choice.layout == AutoLayout::columns ? 2 : 1},
+                        choice.count, splits, layout);
         break;
     }
     return splits.isWedged && splits.count > 0;
@@ -439,7 +475,7 @@ class Chooser {
   double limit_ = 0.0, area_ = 0.0;  // the least texels; of all that is in view, sampled or not
   double grown_ = 0.0;  // logarithm of the depths' ratio
   double texelsForTarget_ = kInfinity;
-  bool canWarp_ = false, isCut_ = false;
+  bool canPart_ = false, canWarp_ = false, isCut_ = false;
   double work_ = 0.0, mostWork_ = kMostWork;
   int best_ = 0, last_ = 0;
   Fitted fitted_[2];
@@ -451,7 +487,26 @@ class Chooser {
   int fits_[kMaxCandidates];
 };
 
-// Places the best choice's maps and writes them, with as many texels as meet the target: whole texels may round past it.
+// The texels, at most `most`, with which maps meet the target though their sides are whole. rounding: texels of a side that this may take, 1
+// or more; grows to what it takes.
+double texelsToMeet(const Frame& frame, const Fitted& fitted, double most, int& rounding) noexcept {
+  constexpr int kMostRounding = 256;
+  constexpr double kLess = 1.0 - 1e-4;  // room for float32's rounding
+  double shares[kMaxPartitions];
+  const bool isShared = shareTexels(frame, fitted.splits, fitted.maps, shares);
+  Frame spent = frame;
+  for (;; rounding *= 2) {
+    int mapCount = 0;
+    spent.budget.texels = std::min(demandOf(frame, fitted, rounding, mapCount).texels(frame.budget.targetError), most);
+    if (rounding >= kMostRounding || spent.budget.texels >= most) return spent.budget.texels;
+    Atlas atlas;
+    if (packAtlas(spent, fitted.maps.fits, isShared ? shares : nullptr, fitted.splits.count, atlas) != Status::ok ||
+        errorOf(frame, fitted, atlas) <= frame.budget.targetError * kLess)
+      return spent.budget.texels;
+  }
+}
+
+// Places the best choice's maps and writes them, with as many texels as meet the target.
 Status writeBest(const Frame& frame, const Region& region, const LightSpace& light, bool hasTarget, double most, Fitted& fitted,
                  Solution& solution) noexcept {
   constexpr int kTries = 5;
@@ -459,18 +514,17 @@ Status writeBest(const Frame& frame, const Region& region, const LightSpace& lig
   MapFit fits[kMaxPartitions];
   std::copy_n(fitted.maps.fits, fitted.splits.count, fits);
   const MapSettings making{.fit = FitMode::tight, .warp = {.warp = fitted.candidate.choice.warp}, .shares = Shares::error};
+  int rounding = 1;
   Frame spent = frame;
-  spent.budget.texels = hasTarget && fitted.candidate.isMet ? 0.0 : most;
-  for (int i = 0;; ++i) {
-    int mapCount = 0;
-    if (spent.budget.texels < most)
-      spent.budget.texels = std::clamp(demandOf(frame, fitted, 1 << 2 * i, mapCount).texels(target), spent.budget.texels, most);
+  spent.budget.texels = hasTarget && fitted.candidate.isMet ? texelsToMeet(frame, fitted, most, rounding) : most;
+  for (int i = 1;; ++i) {
     clear(solution);
     const Status status = placeMaps(spent, region, light, fitted.splits, making, fitted.maps, solution);
     std::copy_n(fits, fitted.splits.count, fitted.maps.fits);  // placing grows them
-    if (status != Status::ok || solution.maxError <= target || i + 1 == kTries || spent.budget.texels >= most) return status;
-    const double over = solution.maxError / target;  // more than rounding to whole texels where float32 takes its share
-    spent.budget.texels = std::min(spent.budget.texels * over * over, most);
+    if (status != Status::ok || solution.maxError <= target || i == kTries || spent.budget.texels >= most) return status;
+    const double over = solution.maxError / target;  // float32 took more
+    rounding *= 4;
+    spent.budget.texels = std::clamp(texelsToMeet(frame, fitted, most, rounding), std::min(spent.budget.texels * over * over, most), most);
   }
 }
 

@@ -1,5 +1,6 @@
 #include "gnomon/lloyd.h"
 
+#include "gnomon/atlas.h"
 #include "gnomon/frame.h"
 #include "gnomon/rows.h"
 #include "numeric.h"
@@ -9,11 +10,12 @@ namespace {
 
 bool hasFaces(LloydScheme scheme) noexcept { return scheme == LloydScheme::fpw || scheme == LloydScheme::fpzpw; }
 
-// What `best` chooses among: the schemes, and rows of the light plane in one column.
+// What `best` chooses among: the schemes, and rows of the light plane in columns.
 struct Choice {
   LloydScheme scheme;
   int count;
-  bool isRows = false;
+  int columns = 0;  // of rows; 0: not rows
+  bool isMinimax = false;
 };
 
 // The partitions of one choice, at most its count, for maps that are made so.
@@ -27,7 +29,7 @@ Status splitByChoice(const Frame& frame, const Region& region, const LightSpace&
     splits = {};
   }
   if (choice.scheme == LloydScheme::w) return split(region, {}, 1, splits, refused);
-  if (!settings.minimax) return split(region, settings.split, count, splits, refused);
+  if (!settings.minimax && !choice.isMinimax) return split(region, settings.split, count, splits, refused);
   splitMinimax(frame, region, light, making, count, splits);
   return Status::ok;
 }
@@ -36,7 +38,8 @@ Status splitByChoice(const Frame& frame, const Region& region, const LightSpace&
 // are part of them, and more than the fits know. False where nothing can be made, or nothing is to be shadowed.
 bool makeBest(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings, const MapSettings& making,
               int most, Solution& solution) noexcept {
-  MapSettings roughly = making, searching = making;
+  MapSettings roughly = making, searching = making, plain = making;
+  plain.warp = {};
   roughly.warp.warp = Warp::lispsm;
   Splits splits;
   MapFits maps;
@@ -50,18 +53,18 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
     double refused = 0.0;
     std::uint32_t warnings = 0;
     splits = {};
-    if (choice.isRows) {
-      makeRowPlane(region, light, plane);
-      roughly.whole = &plane.whole;
-      (void)splitRows(region, light, plane, {.rule = RowRule::error, .maxColumns = 1}, choice.count, splits, rows);
-    } else if (splitByChoice(frame, region, light, settings, making, choice, splits, refused, warnings) != Status::ok || warnings != 0) {
+    if (choice.columns > 0) {
+      (void)splitRows(region, light, plane, {.rule = RowRule::error, .maxColumns = choice.columns}, choice.count, splits, rows);
+    } else if (splitByChoice(frame, region, light, settings, choice.isMinimax ? plain : making, choice, splits, refused, warnings) !=
+                   Status::ok ||
+               warnings != 0) {
       splits.count = 0;
     }
     if (splits.count == 0) return false;
     // A named warp says at a tenth of the price what has no hope: what won by the least warp hardly ever needed more than this by LiSPSM,
     // times the least so far, in 2700 views of 4, 8 and 16 maps. Faces and what a box has cut are seldom along LiSPSM's axis.
     constexpr double kHopeless = 2.5, kHopelessAlike = 1.4, kHopelessRows = 1.2;
-    const double hopeless = choice.isRows ? kHopelessRows : areAlike && !hasFaces(choice.scheme) ? kHopelessAlike : kHopeless;
+    const double hopeless = choice.columns > 0 ? kHopelessRows : areAlike && !hasFaces(choice.scheme) ? kHopelessAlike : kHopeless;
     fitMaps(frame, region, light, splits, roughly, needsViewDepth(region, splits), maps);
     const double roughTexels = maps.neededTexels;
     if (!(roughTexels < hopeless * least)) return false;
@@ -91,8 +94,15 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
   for (int count = settings.minimax ? 0 : most - 1; count >= 1; --count)
     if (!consider({LloydScheme::zpw, count}) && areAlike) break;
   if (!areAlike) (void)consider({LloydScheme::fpw, most});
+  if (region.receivers.size() > 1) (void)consider({LloydScheme::zpw, most, 0, true});  // of one, it seldom gains a hundredth
   (void)consider({LloydScheme::fpzpw, most});
-  if (settings.rows) (void)consider({LloydScheme::best, most, true});
+  if (!settings.rows) return least < kInfinity;
+  makeRowPlane(region, light, plane);
+  roughly.whole = searching.whole = &plane.whole;
+  // Columns part what lies side by side, which the whole of a view does not.
+  constexpr int kMostColumns = 4;
+  const int mostColumns = areAlike ? 1 : std::min(kMostColumns, most);
+  for (int columns = 1; columns <= mostColumns; ++columns) (void)consider({LloydScheme::best, most, columns});
   return least < kInfinity;
 }
 
@@ -123,7 +133,11 @@ Status solveLloyd(const Frame& frame, const LloydSettings& settings, Solution& s
   if (settings.scheme == LloydScheme::zp) making.warp = {};
   if (isBest) making.warp = {.warp = Warp::least};
   const int most = settings.split.count > 0 ? settings.split.count : frame.budget.partitions;
-  if (isBest && makeBest(frame, region, light, settings, making, most, solution)) return Status::ok;
+  if (isBest) {
+    Frame all = frame;  // fewer maps than the budget allows may spend its texels, too
+    if (all.budget.texels == 0.0) all.budget.texels = texelsPerMap(frame.budget, most) * most;
+    if (makeBest(all, region, light, settings, making, most, solution)) return Status::ok;
+  }
   for (int count = settings.split.automatic && !isBest ? 1 : most;; ++count) {
     clear(solution);
     const Choice choice{isBest ? LloydScheme::zpw : settings.scheme, count};

@@ -132,6 +132,25 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
   }
 }
 
+bool shareTexels(const Frame& frame, const Splits& splits, const MapFits& maps, double* shares) noexcept {
+  double sum = 0.0;
+  for (int i = 0, m = 0; i < splits.count; ++i) {
+    shares[i] = 0.0;
+    if (maps.footprints[i].count == 0) continue;
+    MapFit fit = maps.fits[i];
+    shares[i] = fit.needed;
+    if (const double motion = frame.margin.motion[m++]; motion > 0.0) {
+      const double before = fit.size.x * fit.size.y;
+      giveRoom(motion, fit);
+      if (before > 0.0) shares[i] *= fit.size.x * fit.size.y / before;
+    }
+    sum += shares[i];
+  }
+  if (!(sum > 0.0 && sum < kInfinity)) return false;
+  for (int i = 0; i < splits.count; ++i) shares[i] /= sum;
+  return true;
+}
+
 Status makeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings,
                 Solution& solution) noexcept {
   MapFits maps;
@@ -146,21 +165,11 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
     clearBlock(solution.block);
     return Status::ok;
   }
-  double shares[kMaxPartitions], sum = 0.0;
-  for (int i = 0, m = 0; i < splits.count; ++i) {
-    MapFit& fit = maps.fits[i];
-    shares[i] = 0.0;
-    if (maps.footprints[i].count == 0) continue;
-    shares[i] = fit.needed;
-    if (const double motion = frame.margin.motion[m++]; motion > 0.0) {
-      const double before = fit.size.x * fit.size.y;
-      giveRoom(motion, fit);
-      if (before > 0.0) shares[i] *= fit.size.x * fit.size.y / before;
-    }
-    sum += shares[i];
-  }
-  const bool isShared = settings.shares == Shares::error && sum > 0.0 && sum < kInfinity;
-  for (int i = 0; isShared && i < splits.count; ++i) shares[i] /= sum;
+  double shares[kMaxPartitions];
+  const bool isShared = settings.shares == Shares::error && shareTexels(frame, splits, maps, shares);
+  for (int i = 0, m = 0; i < splits.count; ++i)
+    if (maps.footprints[i].count > 0)
+      if (const double motion = frame.margin.motion[m++]; motion > 0.0) giveRoom(motion, maps.fits[i]);
   Atlas atlas;
   if (const Status status = packAtlas(frame, maps.fits, isShared ? shares : nullptr, splits.count, atlas); status != Status::ok)
     return status;

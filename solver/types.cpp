@@ -43,7 +43,7 @@ Text text(Status status) noexcept {
     case Status::budgetPartitions: return {"budget.partitions", "must be a whole number in [1, 16]"};
     case Status::budgetResolution: return {"budget.resolution", "must be a whole number in [1, 16384]"};
     case Status::budgetTexels: return {"budget.texels", "must be a finite number >= budget.partitions"};
-    case Status::budgetAtlas: return {"budget.atlas", "must be whole numbers > 0 that hold a texel and its border for every map"};
+    case Status::budgetAtlas: return {"budget.atlas", "must be whole numbers in [1, 16384] that hold a texel and its border for every map"};
     case Status::budgetTargetError: return {"budget.target_error", "must be a finite number > 0"};
     case Status::splitLambda: return {"method.lambda", "must be a number in [0, 1]"};
     case Status::splitBias: return {"method.bias", "must be a finite number >= 0"};
@@ -105,7 +105,7 @@ const char* warningText(Warning warning) noexcept {
     case Warning::viewDepthSelection:
       return "the camera's depth buffer cannot tell neighbouring splits apart: partitions are selected by view depth";
     case Warning::targetMissed: return "budget.target_error needs more maps or texels than the budget allows";
-    case Warning::atlasReduced: return "the maps were scaled down alike to fit the atlas";
+    case Warning::atlasReduced: return "the atlas is too small for the maps: they were scaled down alike, or one is as long as it";
     case Warning::regionSimplified:
       return "more half-spaces cut the view than can be held: some were ignored, maps cover more than they need";
     case Warning::rowsWaste: return "method.zeta needs more rows than are allowed: more of each row is wasted";

@@ -2,6 +2,7 @@
 // printed, and GNOMON_SOAK_SEED=<seed> GNOMON_SOAK=1 runs that case alone. GNOMON_SOAK: cases for each method.
 #include "hard/cases.h"
 
+#include <iostream>
 #include <limits>
 #include <sstream>
 
@@ -234,6 +235,8 @@ void soak(std::uint64_t otherwise, const HardMethod& method) {
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     const std::string failure = failureOf(method, seed, *solution);
     if (!failure.empty() && ++failures <= 200) ADD_FAILURE() << failure;
+    const std::uint64_t done = seed - first + 1, step = std::max<std::uint64_t>(count / 100, 1);
+    if (count > kCases && done % step == 0) std::cerr << method.name << ": " << done << " of " << count << ", failures: " << failures << '\n';
   }
 }
 

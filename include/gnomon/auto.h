@@ -18,6 +18,7 @@ enum class AutoLayout : std::uint8_t {
   slices,  // of view depth (gnomon/split.h); of what is sampled, where the frame has samples
   faces,  // the view's sides, in rows (gnomon/face.h)
   rows,  // of the light plane, by error (gnomon/rows.h)
+  columns,  // the same in two columns
 };
 
 struct AutoChoice {

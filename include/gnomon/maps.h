@@ -61,6 +61,9 @@ void fitMaps(const Frame& frame, const Region& region, const LightSpace& light, 
 // The same with another warp, of slices that fitMaps has looked at with one.
 void refitMaps(const Region& region, const LightSpace& light, const Splits& splits, const MapSettings& settings, MapFits& maps) noexcept;
 
+// Shares::error: of all texels, for each slice's map, summing to 1. False where nothing needs any.
+[[nodiscard]] bool shareTexels(const Frame& frame, const Splits& splits, const MapFits& maps, double* shares) noexcept;
+
 // The second half: places them all and writes the partitions, their errors and the block. Slices that hold nothing get no map, but keep their
 // place in the atlas. maps: what fitMaps made of the same splits and settings; grows to the viewports. Solution::originWs is read. Errors:
 // marginTexels, budgetAtlas, worldSpacePrecision, stableWorldSpace, floatRange.

@@ -424,7 +424,7 @@ const Words kRowWords = {"paper", "fitted", "error"};
 const Words kSdsmWords = {"logarithmic", "kmeans", "adaptive", "optimal"};
 const Words kNormWords = {"max", "mean", "mean_square"};
 const Words kBoundsWords = {"none", "light_space"};
-const Words kLayoutWords = {"slices", "faces", "rows"};
+const Words kLayoutWords = {"slices", "faces", "rows", "columns"};
 
 // Sets an enumeration whose values stand in the order of their words.
 template <class Enum>

@@ -81,7 +81,7 @@ float gnomonImplShadow(GnomonPartition served, vec4 atlas, int map, vec4 p) {
 }
 #define gnomonShadow(block, map, index, world, normal) GNOMON_IMPL_FILTER(gnomonImplShadow, block, map, index, world, normal, 0.5)
 
-// Mean of 3x3 texels. Margin::filter 1 keeps every tap inside the map.
+// Mean of 3x3 texels. Margin::filter 1 keeps every tap inside the map, with Margin::normalOffset for the bias.
 //   float gnomonShadow3x3(GnomonBlock block, int map, int index, vec3 world, vec3 normal)
 float gnomonImplShadow3x3(GnomonPartition served, vec4 atlas, int map, vec4 p) {
   if (!(p.w > 0.0)) return 1.0;
@@ -92,7 +92,8 @@ float gnomonImplShadow3x3(GnomonPartition served, vec4 atlas, int map, vec4 p) {
 }
 #define gnomonShadow3x3(block, map, index, world, normal) GNOMON_IMPL_FILTER(gnomonImplShadow3x3, block, map, index, world, normal, 1.5)
 
-// Tent of half width 2 texels around the point: 4x4 texels, smooth as the point moves. Margin::filter 2 keeps every tap inside.
+// Tent of half width 2 texels around the point: 4x4 texels, smooth as the point moves. Margin::filter 2 keeps every tap inside,
+// with Margin::normalOffset for the bias.
 //   float gnomonShadowTent(GnomonBlock block, int map, int index, vec3 world, vec3 normal)
 float gnomonImplShadowTent(GnomonPartition served, vec4 atlas, int map, vec4 p) {
   if (!(p.w > 0.0)) return 1.0;

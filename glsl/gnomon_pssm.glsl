@@ -3,6 +3,7 @@
 // description: which parallel split serves a fragment. Based on [Zhang 2006, eq. 8], corrected to f/(f-n) (1 - n/C), in the three
 //              depth conventions, infinite and orthographic projections included. Intervals are half-open; the answer is an
 //              index, or -1 where nothing needs a shadow (before, between or after the partitions).
+//              Slices only: faces and rows (lloyd, lspsm and auto may make them) are found by gnomonSelectMask of gnomon_lloyd.glsl.
 // use:         int index = gnomonSelect(gnomon, gl_FragCoord.z, world);
 //              gnomonSelectWindow where the depth buffer is at hand, gnomonSelectView for a pass without one.
 // cost:        a vector comparison for each four of GNOMON_MAX_PARTITIONS, one read by index; no loop

@@ -9,7 +9,7 @@
 //              compute, 16 x 16 to a group, each with the maximum of many pixels, into a buffer of zeros:
 //                shared vec4 scratch[256]; uint at = gl_LocalInvocationIndex;
 //                GNOMON_REDUCE_GROUP(scratch, at, value) if (at == 0u) GNOMON_JOIN(extremes, scratch[0])
-//              histogram: bin = gnomonBin of a depth by edges of gnomon/samples.h; count in shared memory, then in the buffer
+//              histogram: GNOMON_FIND_BIN of a depth by edges of windowEdges(); count in shared memory, then in the buffer
 // view:        GnomonSampleView is what gnomon::sampleView() fills, as uniforms
 // cost:        a pass over the depth buffer for each reduction; by groups the barriers too, so let an invocation take 8 x 8 pixels, 16 apart
 // needs:       #version 330 core or 300 es; the group and join macros a compute shader (430, 310 es)
@@ -51,7 +51,7 @@ vec4 gnomonBoundsOf(vec4 law, vec2 position, float depth, vec2 interval) {
   return gnomonIsSample(law, depth) && depth >= interval.x && depth <= interval.y ? vec4(-position, position) : gnomonNothing;
 }
 
-// Whether bin `middle` of a histogram begins at or before a depth value: what a binary search of the edges asks.
+// Whether a bin of a histogram that begins at `edge` begins at or before a depth value: what a binary search of the edges asks.
 bool gnomonHasBegun(vec4 law, float edge, float depth) { return law.z * edge <= law.z * depth; }
 
 // bin: an int; EDGE(i): the depth value at which bin i of `bins` begins. Depths before the first edge fall into bin 0.

@@ -8,8 +8,8 @@ namespace {
 // The side of a map that the margins leave one texel of.
 double leastSide(double margin) noexcept { return std::ceil(2.0 * margin) + 1.0; }
 
-// Whole texels for one map of `texels` texels whose inside, `margin` texels from each edge, has the fit's aspect. isLong: where a side should
-// be longer than it may.
+// Whole texels for one map of `texels` texels whose inside, `margin` texels from each edge, has the fit's aspect. isLong: where a side
+// should be longer than it may.
 glm::ivec2 viewportSize(const MapFit& fit, double texels, double margin, const glm::ivec2& most, bool& isLong) noexcept {
   if (fit.aspect == 1.0) {
     const int side = static_cast<int>(std::sqrt(texels)), longest = std::min(most.x, most.y);
@@ -116,7 +116,8 @@ Status packAtlas(const Frame& frame, const MapFit* fits, const double* shares, i
     return Status::ok;
   }
   const double texels = texelsPerMap(frame.budget, count);
-  // Shares below what the margins need are raised to it, all others give way: a map that needs no texel to speak of must not refuse the frame.
+  // Shares below what the margins need are raised to it, all others give way: a map that needs no texel to speak of must not refuse the
+  // frame.
   double wanted[kMaxPartitions], sum = 0.0;
   const double side = leastSide(margin);
   for (int i = 0; shares && i < count; ++i) {

@@ -25,8 +25,8 @@ constexpr int kHeldTrials = 0;  // from the map of the frame before, taken as it
 constexpr double kMostWork = 420.0;  // a choice may take, in shapes tried: some 105 us
 constexpr double kNear = 1.03;  // of a target, so that a little more may meet it
 
-// The texels that maps take for error e: area / e^2 + edge / e + fixed, and none suffice for less than the least, where a side is as long as
-// the atlas.
+// The texels that maps take for error e: area / e^2 + edge / e + fixed, and none suffice for less than the least, where a side is as long
+// as the atlas.
 struct Demand {
   double area = 0.0, edge = 0.0, fixed = 0.0, least = 0.0;
 
@@ -115,9 +115,9 @@ class Chooser {
   // What was fitted last.
   [[nodiscard]] const Fitted& last() const noexcept { return fitted_[last_]; }
   [[nodiscard]] bool hasBest() const noexcept { return fitted_[best_].candidate.choice.count > 0; }
-  // False where this frame cannot be served as the choice says: nothing of it is warped, or only slices know where samples lie.
+  // False where this frame is not served as the choice says: all of it is warped or nothing, and only slices know where samples lie.
   [[nodiscard]] bool canTake(const AutoChoice& choice) const noexcept {
-    return (canPart_ || choice.layout == AutoLayout::slices) && (canWarp_ || choice.warp == Warp::none);
+    return (canPart_ || choice.layout == AutoLayout::slices) && canWarp_ == (choice.warp != Warp::none);
   }
   // What the budget has for so many maps, and the largest texture.
   [[nodiscard]] double budgetOf(int count) const noexcept {
@@ -487,8 +487,8 @@ class Chooser {
   int fits_[kMaxCandidates];
 };
 
-// The texels, at most `most`, with which maps meet the target though their sides are whole. rounding: texels of a side that this may take, 1
-// or more; grows to what it takes.
+// The texels, at most `most`, with which maps meet the target though their sides are whole. rounding: texels of a side that this may take,
+// 1 or more; grows to what it takes.
 double texelsToMeet(const Frame& frame, const Fitted& fitted, double most, int& rounding) noexcept {
   constexpr int kMostRounding = 256;
   constexpr double kLess = 1.0 - 1e-4;  // room for float32's rounding

@@ -1,5 +1,8 @@
 #include "gnomon/camera.h"
 
+#include <limits>
+#include <numbers>
+
 #include "numeric.h"
 
 namespace gnomon {
@@ -23,7 +26,9 @@ Camera make(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm
 
 Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double fovY, double aspect,
                    double near, double far) noexcept {
-  return make(positionWs, forwardWs, upWs, Projection::perspective, std::tan(fovY / 2.0), aspect, near, far);
+  const bool isAngle = fovY > 0.0 && fovY < std::numbers::pi;  // degrees would make some other view
+  const double halfHeight = isAngle ? std::tan(fovY / 2.0) : std::numeric_limits<double>::quiet_NaN();
+  return make(positionWs, forwardWs, upWs, Projection::perspective, halfHeight, aspect, near, far);
 }
 
 Camera orthographic(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double height, double aspect,

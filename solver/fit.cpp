@@ -151,7 +151,7 @@ Status growToViewport(const Frame& frame, const Region& region, const LightSpace
   const glm::dvec2 texels(viewport.z, viewport.w);
   const bool isStable = mode == FitMode::stable, isSnapped = isStable || mode == FitMode::doubled;
   const glm::dvec2 inner = texels - 2.0 * margin - (isSnapped ? 1.0 : 0.0);  // the snap takes one texel
-  if (!(inner.x >= 1.0 && inner.y >= 1.0) && !(margin == 0.0 && !isSnapped)) return Status::marginTexels;
+  if (!(inner.x >= 1.0 && inner.y >= 1.0)) return Status::marginTexels;
   // World-space input is as large as the world position; its rounding is part of the map's.
   const double worldReach = frame.worldSpace ? footprint.reach + std::sqrt(glm::dot(region.eyeWs, region.eyeWs)) : 0.0;
   const double reach = std::max(footprint.reach, worldReach);

@@ -40,8 +40,8 @@ inline int makeHull(const glm::dvec3* points, int count, glm::dvec2* hull) noexc
   return size;
 }
 
-// Makes a convex polygon of at most `most` vertices around one of more: edge by edge, the neighbours of an edge are extended until they meet,
-// first where that is least far. By area the short end of a thin polygon would come early, and its apex lie anywhere.
+// Makes a convex polygon of at most `most` vertices around one of more: edge by edge, the neighbours of an edge are extended until they
+// meet, first where that is least far. By area the short end of a thin polygon would come early, and its apex lie anywhere.
 inline int simplifyHull(glm::dvec2* hull, int count, int most) noexcept {
   for (; count > most; --count) {
     const auto vertex = [&](int i) -> glm::dvec2& { return hull[i < count ? i : i - count]; };

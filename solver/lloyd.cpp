@@ -34,8 +34,8 @@ Status splitByChoice(const Frame& frame, const Region& region, const LightSpace&
   return Status::ok;
 }
 
-// Leaves in `solution`, begun, the choice that needs the fewest texels once it is made: a certificate and what float32 takes for its rounding
-// are part of them, and more than the fits know. False where nothing can be made, or nothing is to be shadowed.
+// Leaves in `solution`, begun, the choice that needs the fewest texels once it is made: a certificate and what float32 takes for its
+// rounding are part of them, and more than the fits know. False where nothing can be made, or nothing is to be shadowed.
 bool makeBest(const Frame& frame, const Region& region, const LightSpace& light, const LloydSettings& settings, const MapSettings& making,
               int most, Solution& solution) noexcept {
   MapSettings roughly = making, searching = making, plain = making;

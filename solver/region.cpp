@@ -206,7 +206,8 @@ void makePart(const Region& region, int i, Cell& part) noexcept {
   if (!cutToBox(part, region.receivers[static_cast<std::size_t>(i)], region)) part.vertexCount = 0;
 }
 
-// True where a float32 matrix can hold every length, from the narrowest pixel to the farthest corner: no square of one leaves double's range.
+// True where a float32 matrix can hold every length, from the narrowest pixel to the farthest corner: no square of one leaves double's
+// range.
 bool fitsFloat(const Region& region, double& value) noexcept {
   const Camera& camera = region.camera;
   const double depth = std::max(std::abs(region.near), std::abs(region.far)),

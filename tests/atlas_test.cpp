@@ -98,5 +98,20 @@ TEST(Atlas, TooSmallAnAtlasScalesEveryMapAlike) {
   EXPECT_GT(sum, 0.9 * 1024 * 1024);  // four squares fill a square but for the step of the search
 }
 
+// A map that would be longer than the atlas is as long as it, which the warning says.
+TEST(Atlas, AMapIsNoLongerThanTheAtlas) {
+  Frame frame = usualFrame();
+  frame.camera = orthographic({0.0, 2.0, 0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 4.0, 1.0, 0.0, 400.0);  // 100 times as long as wide
+  frame.light.directionWs = {0.0, -1.0, 0.0};
+  frame.budget = {.partitions = 1, .resolution = 1024};
+  const auto roomy = solve(frame);
+  EXPECT_NEAR(roomy->partitions[0].viewport.z, 10240, 10240 / 100);
+  EXPECT_EQ(roomy->warnings & static_cast<std::uint32_t>(Warning::atlasReduced), 0u);
+  frame.budget.atlas = {4096, 4096};
+  const auto tight = solve(frame);
+  EXPECT_EQ(tight->partitions[0].viewport.z, 4096);
+  EXPECT_NE(tight->warnings & static_cast<std::uint32_t>(Warning::atlasReduced), 0u);
+}
+
 }  // namespace
 }  // namespace gnomon::test

@@ -237,6 +237,86 @@ TEST(Auto, WithoutATargetTheLeastError) {
   }
 }
 
+// Without perspective pixels are as wide everywhere: more slices need more texels, rows fewer. The error is no more than that of one map or of
+// rows, however many maps the budget allows.
+TEST(Auto, OrthographicViews) {
+  Random random(706);
+  auto other = std::make_unique<Solution>();
+  for (int k = 0; k < 60; ++k) {
+    Frame frame = usualFrame();
+    frame.camera = orthographic({1.0, 2.0, 3.0}, random.direction(), random.direction(), random.logUniform(1.0, 100.0),
+                                random.uniform(0.5, 2.5), 0.0, random.logUniform(1.0, 1000.0));
+    frame.light.directionWs = k % 4 == 0 ? frame.camera.forwardWs : random.direction();
+    frame.budget = {.partitions = 1 + k % 16, .resolution = 512};
+    const double total = 512.0 * 512.0 * frame.budget.partitions;
+    const auto answer = choose(frame, {.hasTarget = false});
+    Frame one = frame;
+    one.budget = {.partitions = 1, .texels = total};
+    ASSERT_EQ(solveLloyd(one, {.scheme = LloydScheme::w}, *other), Status::ok);
+    EXPECT_LE(answer->solution.maxError, 1.05 * other->maxError) << k;
+    frame.budget.texels = total;
+    ASSERT_EQ(solveLspsm(frame, {.rows = {.rule = RowRule::error, .maxColumns = 1}}, *other), Status::ok);
+    EXPECT_LE(answer->solution.maxError, 1.05 * other->maxError) << k;
+  }
+}
+
+// A flat view of 650 units by 4 wants a map longer than the atlas: more maps, shorter ones, serve it as well as its slices by themselves.
+TEST(Auto, KnowsHowLongAMapMayBe) {
+  auto slices = std::make_unique<Solution>();
+  for (const int side : {0, 8192, 4096}) {
+    Frame frame = usualFrame();
+    frame.camera = orthographic({0.0, 2.0, 0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 3.71, 1.7778, 0.0, 654.0);
+    frame.light.directionWs = {0.0, -1.0, 0.0};
+    frame.budget.atlas = {side, side};
+    ASSERT_EQ(solvePssm(frame, {}, *slices), Status::ok);
+    const auto sharpest = choose(frame, {.hasTarget = false});
+    EXPECT_LE(sharpest->solution.maxError, 1.01 * slices->maxError) << side;
+    EXPECT_NEAR(sharpest->why.candidates[sharpest->why.chosen].error, sharpest->solution.maxError, 0.02 * slices->maxError) << side;
+    frame.budget.targetError = 1.1 * slices->maxError;
+    EXPECT_FALSE(isMissed(choose(frame)->solution)) << side;
+  }
+}
+
+// Of receivers side by side, two columns of rows are among the choices.
+TEST(Auto, ReceiversSideBySide) {
+  Random random(707);
+  auto columns = std::make_unique<Solution>();
+  for (int k = 0; k < 20; ++k) {
+    Frame frame = usualFrame();
+    const double depth = random.uniform(3.0, 20.0), apart = depth * random.uniform(0.3, 0.5), size = apart * random.uniform(0.1, 0.4);
+    const glm::dvec3 forward = glm::normalize(frame.camera.forwardWs), right = glm::normalize(glm::cross(forward, frame.camera.upWs));
+    const glm::dvec3 middle = frame.camera.positionWs + forward * depth;
+    const Box boxes[] = {{middle - right * apart - size, middle - right * apart + size},
+                         {middle + right * apart - size, middle + right * apart + size}};
+    frame.scene.receivers = boxes;
+    frame.light.directionWs = glm::dvec3(random.uniform(-0.5, 0.5), -1.0, random.uniform(-0.5, 0.5));
+    frame.budget = {.partitions = 2, .texels = 1 << 20};
+    ASSERT_EQ(solveLspsm(frame, {.rows = {.rule = RowRule::error, .maxColumns = 2}, .warp = {.warp = Warp::least}}, *columns), Status::ok);
+    EXPECT_LE(choose(frame, {.hasTarget = false})->solution.maxError, 1.02 * columns->maxError) << k;
+  }
+}
+
+// A choice made where samples allow no warp does not hold where they are gone.
+TEST(Auto, ForgetsWhatSamplesForbade) {
+  Frame frame = usualFrame();
+  const SampleBounds all{0.2, 90.0, glm::dvec2(-100.0), glm::dvec2(100.0)};
+  Samples samples;
+  samples.near = all.near;
+  samples.far = all.far;
+  samples.bounds = {&all, 1};
+  for (const bool hasTarget : {false, true}) {
+    AutoState state;
+    frame.samples = &samples;
+    const auto first = choose(frame, {.hasTarget = hasTarget}, state);
+    ASSERT_EQ(first->solution.status, Status::ok);
+    ASSERT_EQ(state.choice.warp, Warp::none);
+    frame.samples = nullptr;
+    const auto second = choose(frame, {.hasTarget = hasTarget}, state), fresh = choose(frame, {.hasTarget = hasTarget});
+    EXPECT_FALSE(second->why.isKept);
+    EXPECT_EQ(second->solution.maxError, fresh->solution.maxError);
+  }
+}
+
 // Layers are as many as the maps that are not empty: the others' texels go to these, whether the target is met or missed.
 TEST(Auto, LayersOfNothingTakeNothing) {
   Random random(705);

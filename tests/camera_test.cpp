@@ -7,6 +7,15 @@ namespace {
 
 constexpr ImageSize kImage{1920.0, 1080.0};
 
+// An angle in degrees has a tangent too, of some other view.
+TEST(Camera, RefusesAnglesThatAreNone) {
+  Frame frame = usualFrame();
+  for (const double fovY : {45.0, 90.0, 7.0, 3.1416, 0.0, -1.0}) {
+    frame.camera = perspective({0.0, 0.0, 0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, fovY, 1.0, 0.1, 100.0);
+    EXPECT_EQ(solve(frame)->status, Status::cameraTangents) << fovY;
+  }
+}
+
 TEST(Camera, RefusesBadMatrices) {
   Camera camera;
   const glm::dmat4 view = glm::lookAt(glm::dvec3(1, 2, 3), glm::dvec3(4, 1, 0), glm::dvec3(0, 1, 0)),

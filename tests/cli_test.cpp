@@ -572,8 +572,10 @@ TEST_F(Cli, RefusesWrongUsageInOneLine) {
   EXPECT_EQ(refusal(run({"solve", path, "--set", "=1"})), "gnomon: --set: must be KEY=VALUE, got =1");
   EXPECT_EQ(refusal(run({"solve", path, "--set", "camera..near=1"})),
             "gnomon: --set: must name a field by a dotted path, got camera..near");
+  const std::string other = refusal(run({"solve", path, "--method", "pssm", "--set", "eta=0.5"}));
+  EXPECT_EQ(other.rfind("gnomon: method.eta: is not a known key; method takes name, split, lambda", 0), 0u) << other;
   EXPECT_EQ(refusal(run({"render", path, "--scene", "moon", "--out", folder()})),
-            "gnomon: --scene: must be a .glb file or one of colonnade, relief, city, hall, got moon");
+            "gnomon: --scene: must be a .glb file that exists or one of colonnade, relief, city, hall, got moon");
   EXPECT_EQ(refusal(run({"render", path, "--scene", "hall", "--out", folder(), "--filter", "5x5"})),
             "gnomon: --filter: must be one of none, 3x3, tent, got 5x5");
   EXPECT_EQ(refusal(run({"render", path, "--scene", "hall", "--out", folder(), "--set", "image.width=640.5"})),

@@ -89,6 +89,41 @@ TEST(Lloyd, BestIsNoWorseThanAnyScheme) {
   }
 }
 
+// Of several receivers `best` needs no more than slices that their gaps part, or rows in columns, but for what named warps rule out; and the maps
+// that it leaves out leave it their texels.
+TEST(Lloyd, BestOfSeveralReceivers) {
+  Random random(323);
+  auto rows = std::make_unique<Solution>();
+  for (int k = 0; k < 40; ++k) {
+    Frame frame = usualFrame();
+    const glm::dvec3 forward = glm::normalize(frame.camera.forwardWs);
+    Box boxes[3];
+    for (Box& box : boxes) {
+      const double depth = random.logUniform(1.0, 50.0), size = depth * random.uniform(0.05, 0.3);
+      const glm::dvec3 centre = frame.camera.positionWs + forward * depth + random.direction() * (0.3 * depth);
+      box = {centre - size, centre + size};
+    }
+    frame.scene.receivers = boxes;
+    frame.light.directionWs = random.direction();
+    frame.budget = {.partitions = 2 + k % 3, .resolution = 1024};
+    const auto best = solve(frame, {.scheme = LloydScheme::best});
+    ASSERT_EQ(best->status, Status::ok);
+    if (best->partitionCount == 0) continue;
+    const auto parted = solve(frame, {.scheme = LloydScheme::zpw, .minimax = true});
+    EXPECT_LE(best->neededTexels, 1.02 * parted->neededTexels) << k;
+    for (int columns = 1; columns <= frame.budget.partitions; ++columns) {
+      ASSERT_EQ(solveLspsm(frame, {.rows = {.rule = RowRule::error, .maxColumns = columns}, .warp = {.warp = Warp::least}}, *rows),
+                Status::ok);
+      EXPECT_LE(best->neededTexels, 1.05 * rows->neededTexels) << k << " " << columns;
+    }
+    double texels = 0.0;
+    for (int i = 0; i < best->partitionCount; ++i)
+      texels += static_cast<double>(best->partitions[i].viewport.z) * best->partitions[i].viewport.w;
+    EXPECT_GT(texels, 0.9 * 1024 * 1024 * frame.budget.partitions) << k;
+    EXPECT_LE(texels, 1024 * 1024 * frame.budget.partitions) << k;
+  }
+}
+
 // Shares by error leave every map with the same error, but for whole texels.
 TEST(Lloyd, SharesEqualiseError) {
   Frame frame = usualFrame();

@@ -1,11 +1,11 @@
 // auto: the cheapest partitioning that meets a target error within the budget, and why it was chosen.
 //
-// A composition: region -> (split | face | rows, any count, any warp) -> footprint -> fit -> warp compared by cost -> atlas -> block. Cost is the
-// estimated time of a frame: passes, texels and the solve itself, weighed by what a device takes for each. Based on the certificate's measure
-// [Lloyd 2006, eq. 12 generalised]: a choice that needs N texels for error 1 meets error e with N / e^2, so no more than these are allocated.
-// The count that usual views take is tried first, then its neighbours while they are better; what k warped maps of equal ratio leave of
-// the limit [Lloyd 2006, eq. 18] rules out most others before anything is fitted.
-// Shader part: none.
+// A composition: region -> (split | face | rows, any count, any warp) -> footprint -> fit -> warp compared by cost -> atlas -> block. Cost
+// is the estimated time of a frame: passes, texels and the solve itself, weighed by what a device takes for each. Based on the
+// certificate's measure [Lloyd 2006, eq. 12 generalised]: a choice that needs N texels for error 1 meets error e with N / e^2, so no more
+// than these are allocated. The count that usual views take is tried first, then its neighbours while they are better; what k warped maps
+// of equal ratio leave of the limit [Lloyd 2006, eq. 18] rules out most others before anything is fitted.
+// Shader part: glsl/gnomon_lloyd.glsl: gnomonSelectMask finds the partition, whatever was chosen.
 // Test: tests/auto_test.cpp
 #pragma once
 
@@ -62,8 +62,8 @@ struct AutoReport {
   AutoCandidate candidates[kMaxCandidates];
   int chosen = -1, runnerUp = -1;  // of candidates; -1: none
   bool isKept = false;  // the choice of the frame before, with nothing or not enough against it
-  // Where the target is missed: the texels it takes with the maps allowed, and the fewest maps found with which the budget's texels for a map do (0: none up
-  // to kMaxPartitions).
+  // Where the target is missed: the texels it takes with the maps allowed, and the fewest maps found with which the budget's texels for a
+  // map do (0: none up to kMaxPartitions).
   double texelsForTarget = 0.0;
   int mapsForTarget = 0;
 };
@@ -85,8 +85,8 @@ struct AutoState {
 [[nodiscard]] Status validate(const AutoSettings& settings, double& value) noexcept;
 
 // Partitions for one directional light. No heap, no globals, no exceptions; some 180 KB of stack. Texels are shared so that every map ends
-// with the same error; over budget all give way alike. Warning: targetMissed. On any refusal the answer has no partitions, its block reads as lit and the state is as it was.
-// Returns solution.status.
+// with the same error; over budget all give way alike. Warning: targetMissed. On any refusal the answer has no partitions, its block reads
+// as lit and the state is as it was. Returns solution.status.
 Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& state, Solution& solution,
                  AutoReport* report = nullptr) noexcept;
 

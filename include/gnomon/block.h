@@ -25,6 +25,7 @@ using glm::uvec4;
 using glm::vec4;
 
 #include "gnomon_block.glsl"
+static_assert(GNOMON_MAX_PARTITIONS == 16, "shaders may hold fewer maps; the library may not");
 
 struct Frame;
 struct LightSpace;

@@ -17,7 +17,7 @@ namespace GNOMON_EXPORT gnomon {
 inline constexpr double kFloatUlp = 1.0 / 8388608.0;  // 2^-23: relative spacing of float32
 
 // A symmetric perspective camera. fovY: whole vertical angle, radians, in (0, pi); aspect: width over height, > 0.
-// Bad values are kept, and refused by the solve.
+// Bad values are kept, and refused by the solve: an angle outside of that (degrees) as cameraTangents.
 [[nodiscard]] Camera perspective(const glm::dvec3& positionWs, const glm::dvec3& forwardWs, const glm::dvec3& upWs, double fovY,
                                  double aspect, double near, double far) noexcept;
 
@@ -29,7 +29,8 @@ inline constexpr double kFloatUlp = 1.0 / 8388608.0;  // 2^-23: relative spacing
 // viewFromWorld must be rigid (to 1e-3, so float32 passes). Temporal jitter is taken out: an off-centre of under one
 // pixel of `image` counts as jitter and is dropped; where the projection is off-centre by more, give the jitter in
 // jitterNdc (normalised device units, as it was added to clip x/w and y/w). An infinite far is recognised.
-// Errors: cameraViewMatrix, cameraProjectionMatrix (not a projection, or not in this depth convention).
+// camera: its shadowDistance is kept, all else is written. Errors: imageSize, cameraViewMatrix, cameraProjectionMatrix (not a projection,
+// or not in this depth convention).
 [[nodiscard]] Status cameraFromMatrices(const glm::dmat4& viewFromWorld, const glm::dmat4& clipFromView, DepthConvention depth,
                                         const ImageSize& image, const glm::dvec2& jitterNdc, Camera& camera) noexcept;
 

@@ -16,7 +16,7 @@ struct CullShape {
   int capCount = 0, count = 0;  // the cap across the light, the slice's near or far end where it has one, the region's faces; then sides
   bool hasEnd = false, isFar = false;
   glm::dvec4 planesWs[kMaxCullPlanes];  // through the eye, unit normals
-  double offsets[kMaxCullPlanes];  // from the eye: of the region's faces and of sides, those for the footprint that the others are like
+  double offsets[kMaxCullPlanes];  // distance of each from the eye; of sides, that for the footprint that others are copies of
 };
 
 // Caps: the faces that light leaves the region by.

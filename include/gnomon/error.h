@@ -16,8 +16,8 @@ namespace GNOMON_EXPORT gnomon {
 // directionWs: unit, from the light to the scene. Infinite where the matrix has no inverse on the light plane.
 [[nodiscard]] TexelError texelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, const glm::dvec3& directionWs) noexcept;
 
-// The same of a solved map that is not warped: its rows are across the light and each other but for a rounding, of which lengths know the
-// square alone.
+// The same of a solved map that is not warped. Its rows are perpendicular to the light and to each other up to float32 rounding; a tilt by
+// an angle e changes a length by e^2 only, so the rows' lengths suffice.
 [[nodiscard]] TexelError plainTexelSize(const glm::mat4& clipFromWorld, const glm::ivec4& viewport) noexcept;
 
 // The same of any projective map, at a point relative to Solution::originWs. Infinite behind the map's centre.

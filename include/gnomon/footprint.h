@@ -26,8 +26,8 @@ struct LightSpace {
 // The axis of the light plane that the world fixes; the other is its cross product with the direction (unit, from the light to the scene).
 [[nodiscard]] glm::dvec3 planeAxis(const glm::dvec3& directionWs) noexcept;
 
-// The axis of the light plane along the right of the camera that samples were taken from, as the near and far ends of its slices are: of what
-// is seen, bounds along it hold least. Where right is along the light, planeAxis().
+// Unit x axis of the coordinates of Samples::bounds: the right of the camera that samples were taken from, projected on the light plane.
+// Bounds along it are smallest, because the near and far ends of slices run along it. planeAxis() where right is along the light.
 [[nodiscard]] glm::dvec3 boundsAxis(const glm::dvec3& directionWs, const glm::dvec3& rightWs) noexcept;
 
 inline constexpr int kMaxHull = 64;
@@ -37,6 +37,7 @@ struct Footprint {
   int count;  // hull vertices, counter-clockwise in light space; 0: nothing
   // Which footprint this is a copy of, scaled about the eye, or itself: the slices of equal ratio of a whole perspective view are alike. No
   // point that it must hold is farther than `apart` from its copy, as near as makes no difference to the choice of an axis or a warp.
+  // Copies of one footprint follow it before any that is not: a pass over footprints in order may keep what it made of the last original.
   int like;
   double scale, apart;
   glm::dvec2 hull[kMaxHull];

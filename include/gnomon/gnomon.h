@@ -6,6 +6,7 @@
 #include "gnomon/block.h"
 #include "gnomon/camera.h"
 #include "gnomon/cast.h"
+#include "gnomon/error.h"
 #include "gnomon/keep.h"
 #include "gnomon/lloyd.h"
 #include "gnomon/lspsm.h"

@@ -1,9 +1,10 @@
 // keep: maps of earlier frames that stay in the texture while they still cover what they serve, so that a frame draws only some.
 //
 // A map is kept only where it answers every lookup of this frame: each corner of what it must serve now (the slice with its padding,
-// cut by receivers and planes, at the receivers' depth) lies inside the rectangle it was drawn for less the filter's reach, inside its depth
-// range, and inside the cull planes it was drawn with, since casters beyond them are not in it. All three are convex, so the
-// corners decide. Warps and faces follow the view: such maps are always drawn anew. Margin::motion gives maps the room that lets them be kept while the camera moves.
+// cut by receivers and planes, at the receivers' depth) lies inside the rectangle it was drawn for less the filter's reach, inside its
+// depth range, and inside the cull planes it was drawn with, since casters beyond them are not in it. All three are convex, so the
+// corners decide. Warps and faces follow the view: such maps are always drawn anew. Margin::motion gives maps the room that lets them be
+// kept while the camera moves.
 // Shader part: none.
 // Test: tests/keep_test.cpp
 #pragma once

@@ -1,8 +1,8 @@
 // lloyd: warping, z-partitions and face partitions, alone and combined, judged by the texels they need.
 //
 // Based on: [Lloyd 2006]; a composition of region -> split or face -> footprint -> fit -> warp -> atlas -> block.
-// Differences from the paper: any camera, light and cut region; every warp of gnomon/warp.h; `best` compares the schemes, and rows by
-// error of the light plane [Tang 2017].
+// Differences from the paper: any camera, light and cut region; every warp of gnomon/warp.h; `best` compares the schemes, minimax splits
+// where there are several receivers, and rows by error of the light plane [Tang 2017], in up to four columns where the view is cut.
 // Shader part: glsl/gnomon_lloyd.glsl
 // Test: tests/lloyd_test.cpp
 #pragma once
@@ -22,7 +22,9 @@ enum class LloydScheme : std::uint8_t {
   zpw,  // z-partitions, each warped
   fpw,  // face partitions, each warped
   fpzpw,  // face partitions in rows, each warped
-  best,  // whichever of them needs the fewest texels, with any count of maps that the budget allows: by Warp::least, or LiSPSM where it is less
+  // Whichever of them needs the fewest texels, with any count of maps that the budget allows: by Warp::least, or LiSPSM where that is less.
+  // Fewer maps spend the texels of all.
+  best,
 };
 
 struct LloydSettings {

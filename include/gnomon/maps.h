@@ -30,7 +30,7 @@ struct MapSettings {
   const Footprint* whole = nullptr;  // the region's, which rows are cut from; null: each column's own is made
   Shares shares = Shares::equal;
   const WarpHint* hints = nullptr;  // where the search of each slice's least warp begins; null: everywhere
-  double most = kInfinity;  // texels: maps that need more are not fitted further, and only that they do is then known
+  double most = kInfinity;  // texels: fitting stops once the sum exceeds this; neededTexels is then a lower bound
   int chained = 0;  // where > 0, each slice's search but the first begins with the map before's and tries so many shapes beside it
 };
 
@@ -64,9 +64,9 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
 // Shares::error: of all texels, for each slice's map, summing to 1. False where nothing needs any.
 [[nodiscard]] bool shareTexels(const Frame& frame, const Splits& splits, const MapFits& maps, double* shares) noexcept;
 
-// The second half: places them all and writes the partitions, their errors and the block. Slices that hold nothing get no map, but keep their
-// place in the atlas. maps: what fitMaps made of the same splits and settings; grows to the viewports. Solution::originWs is read. Errors:
-// marginTexels, budgetAtlas, worldSpacePrecision, stableWorldSpace, floatRange.
+// The second half: places them all and writes the partitions, their errors and the block. Slices that hold nothing get no map, but keep
+// their place in the atlas. maps: what fitMaps made of the same splits and settings; grows to the viewports. Solution::originWs is read.
+// Errors: marginTexels, budgetAtlas, worldSpacePrecision, stableWorldSpace, floatRange.
 [[nodiscard]] Status placeMaps(const Frame& frame, const Region& region, const LightSpace& light, const Splits& splits,
                                const MapSettings& settings, MapFits& maps, Solution& solution) noexcept;
 

@@ -1,8 +1,8 @@
 // minimax: slices chosen by what their maps need, where a formula of the depth alone does not know better.
 //
 // Based on: [Lloyd 2006, sec. 5.2] (z-partitions share the error equally); [Zhang 2006, sec. 3.3].
-// Differences from the papers: for a whole view the equal ratios of their formulas are the answer, for one cut by receivers or half-spaces they
-// are not: here each candidate slice's map is fitted, and dynamic programming takes the planes that
+// Differences from the papers: for a whole view the equal ratios of their formulas are the answer, for one cut by receivers or half-spaces
+// they are not: here each candidate slice's map is fitted, and dynamic programming takes the planes that
 //   Shares::equal   make the greatest error least
 //   Shares::error   need the fewest texels in all, when texels are shared so that every map ends with the same error
 // each slice with the blend band that it must cover of the one before, over planes spaced evenly in the logarithm of depth, then over ever

@@ -1,6 +1,7 @@
 // region: what must be shadowed, as convex cells in view space and as the intervals of view depth they fill.
 //
-// The view volume up to the shadow distance, cut by the half-spaces and by the receivers' box; several boxes make a cell each. Nothing allocates: a cell that would overflow keeps what it had (it covers more) and says so.
+// The view volume up to the shadow distance, cut by the half-spaces and by the receivers' box; several boxes make a cell each. Nothing
+// allocates: a cell that would overflow keeps what it had (it covers more) and says so.
 // Based on: [Zhang 2006, sec. 3.4] (focusing on what is shadow relevant), [Lauritzen 2010] (only what is
 // sampled needs shadow, and depth gaps are real).
 // Shader part: none.
@@ -81,8 +82,8 @@ struct Region {
   std::uint32_t warnings = 0;
 };
 
-// Builds the region of a frame whose camera is valid. Errors: corners, receiverBox, casterBox, halfSpace, samples*, floatRange (index, value: what
-// was refused).
+// Builds the region of a frame whose camera is valid. Errors: corners, receiverBox, casterBox, halfSpace, samples*, floatRange (index,
+// value: what was refused).
 [[nodiscard]] Status makeRegion(const Frame& frame, Region& region, int& index, double& value) noexcept;
 
 // The i-th of count + 1 view depths from near to far, of equal ratio or equally far apart; ends are exact.

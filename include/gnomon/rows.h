@@ -38,8 +38,8 @@ struct Trapezoid {
   double base, tangent;  // > 0, >= 0; the paper's n and tan(theta)
 };
 
-// The trapezoid along an axis that holds a hull and is least at a coordinate along the axis: with the centre of weight there, the least of
-// all. Its sides are no shorter than `least` (> 0).
+// Of the trapezoids along an axis that hold a hull, the one that is narrowest at the coordinate `centre`. With the mean of a weight there,
+// its area by that weight is the least. Its sides are no shorter than `least` (> 0).
 [[nodiscard]] Trapezoid leastTrapezoid(const glm::dvec2* hull, int count, const glm::dvec2& axis, double centre, double least) noexcept;
 
 // A rectangle across the trapezoid: the paper's H_i and W_i.

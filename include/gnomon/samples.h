@@ -1,4 +1,5 @@
-// samples: what a float depth buffer says of what the view samples: nearest and farthest, how many at which depth, where on the light plane.
+// samples: what a float depth buffer says of what the view samples: nearest and farthest, how many at which depth, where on the light
+// plane.
 //
 // Based on: [Lauritzen 2010, "Implementation"] (the reduce path and the histogram path).
 // Values that are no depth are skipped: what the buffer was cleared to (1, or 0 with reversed depth), NaN, anything outside [0, 1]. All
@@ -27,11 +28,12 @@ struct DepthImage {
 // Nearest and farthest view depth, exactly those of the depth values; none: infinity and -infinity, as Samples has it.
 void sampleRange(const Camera& camera, const DepthImage& image, double& near, double& far) noexcept;
 
-// The depth values at which bins of equal ratio over [near, far] begin, the last bin's end behind them: bins + 1 values, rising from the eye
-// (with reversed depth, falling). What a shader's histogram compares with. near > 0.
+// The depth values at which bins of equal ratio over [near, far] begin, the last bin's end behind them: bins + 1 values, rising from the
+// eye (with reversed depth, falling). What a shader's histogram compares with. near > 0.
 void windowEdges(const Camera& camera, double near, double far, std::span<float> edges) noexcept;
 
-// Counts the samples between the edges; those before the first or behind the last count in the end bins. counts: edges.size() - 1, overwritten.
+// Counts the samples between the edges; those before the first or behind the last count in the end bins. counts: edges.size() - 1,
+// overwritten.
 void sampleHistogram(const Camera& camera, const DepthImage& image, std::span<const float> edges, std::span<std::uint32_t> counts) noexcept;
 
 // The light space of Samples::bounds: x and y from a view-space position (x right, y up, z forward); x is the camera's right seen along the
@@ -61,8 +63,8 @@ struct SampleStore {
   SampleBounds bounds[kSampleBins];
 };
 
-// All of it at once: range, histogram (where all depths are > 0), the bounds of each bin and rightWs. Samples::weights and latency stay. Errors: those
-// of lightForSamples().
+// All of it at once: range, histogram (where all depths are > 0), the bounds of each bin and rightWs. Samples::weights and latency stay.
+// Errors: those of lightForSamples().
 [[nodiscard]] Status takeSamples(const Frame& frame, const DepthImage& image, SampleStore& store, Samples& samples) noexcept;
 
 }  // namespace gnomon

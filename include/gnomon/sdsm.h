@@ -1,8 +1,9 @@
 // sdsm: sample distribution shadow maps: slices where the view's samples are, each map cut to its own samples.
 //
 // Based on: [Lauritzen 2010]; a composition of samples -> region -> histogram -> footprint -> fit -> atlas -> block.
-// Differences from the slides: the region is cut by the samples (gnomon/region.h), so bins without any get no map whatever the scheme; a map
-// is the least rectangle around what a slice's plain fit and the hull of its bounds have in common; optimal splits are their future work.
+// Differences from the slides: the region is cut by the samples (gnomon/region.h), so bins without any get no map whatever the scheme; a
+// map is the least rectangle around what a slice's plain fit and the hull of its bounds have in common; optimal splits are their future
+// work.
 // Shader part: glsl/gnomon_sdsm.glsl
 // Test: tests/sdsm_test.cpp, tests/parity_sdsm_test.cpp
 #pragma once
@@ -50,8 +51,8 @@ struct SdsmSetup {
 [[nodiscard]] Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept;
 
 // Partitions for one directional light from Frame::samples. No heap, no globals, no exceptions. Errors: those of every method,
-// samplesMissing, sdsmHysteresis, splitCount. On any refusal the answer has no partitions, its block reads as lit and the state is as it was.
-// Returns solution.status.
+// samplesMissing, sdsmHysteresis, splitCount. On any refusal the answer has no partitions, its block reads as lit and the state is as it
+// was. Returns solution.status.
 Status solveSdsm(const Frame& frame, const SdsmSettings& settings, SdsmState& state, Solution& solution) noexcept;
 
 }  // namespace gnomon

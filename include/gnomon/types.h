@@ -102,7 +102,7 @@ enum class Warning : std::uint32_t {
   worldSpacePrecision = 1u << 0,  // float32 world-space matrices lose over a tenth of a texel here
   viewDepthSelection = 1u << 1,  // the camera's depth buffer cannot tell neighbouring splits apart: select by view depth
   targetMissed = 1u << 2,  // the target error needs more maps or texels than the budget allows
-  atlasReduced = 1u << 3,  // maps were scaled down alike to fit the atlas
+  atlasReduced = 1u << 3,  // maps were scaled down alike to fit the atlas, or one would be longer than it
   regionSimplified = 1u << 4,  // more half-spaces cut the view than a cell can hold: the rest were ignored (maps cover more)
   facesMissing = 1u << 5,  // face partitions need more maps than allowed, or the view has no faces to use: z-partitions instead
   rowsWaste = 1u << 6,  // the rows allowed are too few for zeta: more of each is wasted
@@ -143,7 +143,8 @@ struct Box {
   glm::dvec3 minWs, maxWs;
 };
 
-// What the scene holds; every part may be empty.
+// What the scene holds; every part may be empty. The arrays must live while the frame is used: keepMaps() and seamJump() read them after a
+// solve.
 struct Scene {
   std::span<const Box> receivers = {};  // what must be shadowed: their union; none: the whole view volume
   std::span<const Box> casters = {};  // what can cast; none: anything can, and depth is clamped
@@ -165,15 +166,18 @@ struct Samples {
   std::span<const double> weights = {};  // one for each bin: what an error there counts for optimal splits [>= 0]; none: 1
   std::span<const SampleBounds> bounds = {};  // depths that none of them holds are not sampled; none given: anywhere in view
   glm::dvec3 rightWs{0.0};  // right of the camera that bounds were taken from, any length; 0: the frame's
-  // World units that the camera may have moved since they were taken; a turn by an angle (radians) adds that times the distance of the farthest
-  // sample, whose view depth it changes by as much [>= 0]
+  // World units that the camera may have moved since they were taken; a turn by an angle (radians) adds that times the distance of the
+  // farthest sample, whose view depth it changes by as much [>= 0]
   double latency = 0.0;
 };
 
 // Room around what must be shadowed.
 struct Margin {
   double filter = 0.0;  // texels a filter reaches sideways [>= 0]
-  double normalOffset = 0.0;  // texels a receiver is moved along its normal [>= 0]
+  // Texels that a receiver is moved sideways before it is looked up [>= 0]. The bias moves it 1.21 Bias::slope times the filter's reach
+  // (0.5 without one, 1.5 of 3x3, 2 of the tent), and Bias::constant more, at most, where texels are square: room for that keeps each tap
+  // inside.
+  double normalOffset = 0.0;
   double blend = 0.0;  // share of a slice, at its far end, that the next map covers too [0, 1)
   int border = 0;  // texels kept free around each viewport in the atlas [0, 1024]
   double motion[kMaxPartitions] = {};  // for each map: world units of room on every side, so that it can be kept (gnomon/keep.h) [>= 0]
@@ -213,8 +217,8 @@ struct Bias {
 struct Frame {
   Camera camera;
   // A view volume that is not the camera's: eight points, bit 0 of the index right, bit 1 up, bit 2 far. Its six faces must be flat to 1e-4
-  // of its size and its inside convex; none given: the camera's own. What lies outside the camera's near plane and shadow distance is left out.
-  // The camera still gives the depth axis, the width of a pixel and the depth buffer that selects. See enclose() in gnomon/camera.h.
+  // of its size and its inside convex; none given: the camera's own. What lies outside the camera's near plane and shadow distance is left
+  // out. The camera still gives the depth axis, the width of a pixel and the depth buffer that selects. See enclose() in gnomon/camera.h.
   std::span<const glm::dvec3> cornersWs = {};
   DirectionalLight light;
   ImageSize image;
@@ -243,15 +247,15 @@ inline constexpr int kMaxPartitionPlanes = 4;
 // One shadow map.
 struct Partition {
   double near = 0.0, far = 0.0;  // view depths served, half-open; closed where no partition begins at far
-  glm::mat4 clipFromWorld{1.0f};  // takes world - Solution::originWs; the block holds these same floats
+  glm::mat4 clipFromWorld{1.0f};  // takes world - Solution::originWs, unlike the planes below; the block holds these same floats
   glm::ivec4 viewport{0};  // x, y, width, height in texels; rows counted from v = 0
   int layer = 0;  // of an array texture; 0 in an atlas
   TexelError error;
   Warp warp = Warp::none;
   int planeCount = 0;
-  glm::dvec4 planes[kMaxPartitionPlanes];  // world half-spaces >= 0 served, beside the interval; none where depth alone decides
+  glm::dvec4 planes[kMaxPartitionPlanes];  // absolute world half-spaces >= 0 served, beside the interval; none where depth alone decides
   int cullPlaneCount = 0;
-  glm::dvec4 cullPlanes[kMaxCullPlanes];  // world half-spaces >= 0, unit normals: together they hold every caster this map needs
+  glm::dvec4 cullPlanes[kMaxCullPlanes];  // absolute world half-spaces >= 0, unit normals: together they hold every caster this map needs
 };
 
 struct Solution {

@@ -45,7 +45,8 @@ struct WarpHint {
 WarpShape warpFit(const WarpSettings& settings, const LightSpace& light, const Footprint& footprint, const Served& served,
                   const glm::dvec2& axis, MapFit& fit, const WarpHint* hint = nullptr) noexcept;
 
-// n' / n of a warp with parameter eta for pixel widths of ratio alpha >= 1; infinite for eta = -1 or alpha = 1.  [Lloyd 2006, eq. 11 corrected]
+// n' / n of a warp with parameter eta for pixel widths of ratio alpha >= 1; infinite for eta = -1 or alpha = 1.  [Lloyd 2006, eq. 11
+// corrected]
 [[nodiscard]] double warpDistance(double eta, double alpha) noexcept;
 
 // The inverse: eta of a distance >= 1 in units of n.

@@ -664,6 +664,17 @@ Json readJson(const std::string& path) {
   return parseJson(input, name);
 }
 
+namespace {
+
+const Words kCaseKeys = {"id",     "camera",       "corners", "light", "image",  "scene", "samples",
+                         "margin", "shadow_depth", "bias",    "fade",  "method", "budget"};
+
+bool hasSetting(const Method& method, const std::string& name) {
+  return std::any_of(method.settings.begin(), method.settings.end(), [&](const Setting& setting) { return setting.name == name; });
+}
+
+}  // namespace
+
 void setMethod(Json& root, const std::string& name) {
   Fields::requireObject(root, "");
   root["method"] = Json{{"name", name}};
@@ -685,19 +696,17 @@ void setField(Json& root, const std::string& assignment) {
   }
   if (parts.size() > kDeepest) refuse("--set", "must name a field by a dotted path", word(key));
   if (parts.size() == 1) {
-    for (const Method& method : methods()) {
-      if (root.contains("method") && root["method"].is_object() && root["method"].value("name", Json("")) != method.name) continue;
-      for (const Setting& setting : method.settings)
-        if (setting.name == parts.front()) {
-          parts.insert(parts.begin(), "method");
-          break;
-        }
-    }
+    // A setting of the case's method, or of another, which then says what it takes.
+    const std::string name = parts.front();
+    const bool isNamed = root.contains("method") && root["method"].is_object();
+    const bool isField = std::find(kCaseKeys.begin(), kCaseKeys.end(), name) != kCaseKeys.end();
+    const auto knows = [&](const Method& method) {
+      return hasSetting(method, name) && (!isField || !isNamed || root["method"].value("name", Json("")) == method.name);
+    };
+    if (std::any_of(methods().begin(), methods().end(), knows)) parts.insert(parts.begin(), "method");
   }
   if (parts.front() == "method" && parts.size() > 1 && !root.contains("method")) {
-    const auto knows = [&](const Method& method) {
-      return std::any_of(method.settings.begin(), method.settings.end(), [&](const Setting& setting) { return setting.name == parts[1]; });
-    };
+    const auto knows = [&](const Method& method) { return hasSetting(method, parts[1]); };
     const auto method = std::find_if(methods().begin(), methods().end(), knows);
     root["method"] = Json{{"name", method == methods().end() ? kDefaultMethod : method->name}};
   }
@@ -734,9 +743,7 @@ void setField(Json& root, const std::string& assignment) {
 Case parseCase(Json root) {
   Case out;
   out.json = std::move(root);
-  const Fields fields(
-      out.json, "",
-      {"id", "camera", "corners", "light", "image", "scene", "samples", "margin", "shadow_depth", "bias", "fade", "method", "budget"});
+  const Fields fields(out.json, "", kCaseKeys);
   if (const Json* id = fields.find("id")) {
     if (!id->is_string()) refuse("id", "must be text", text(*id));
     out.id = id->get<std::string>();

@@ -111,7 +111,7 @@ offscreen::Mesh loadScene(const std::string& name) {
   if (!std::filesystem::exists(name)) {
     std::string list;
     for (const std::string& each : names) list += (list.empty() ? "" : ", ") + each;
-    throw Refusal("--scene: must be a .glb file or one of " + list + ", got " + name);
+    throw Refusal("--scene: must be a .glb file that exists or one of " + list + ", got " + name);
   }
   return loadFile(name);
 }
@@ -343,6 +343,7 @@ int run(const std::string& file, const std::string& method, const std::string& f
 int main(int argc, char** argv) {
   CLI::App app("gnomon: shadow-map partitions, solved, rendered, judged and checked");
   app.require_subcommand(1);
+  app.set_version_flag("--version", GNOMON_VERSION);
   SolveArguments arguments;
   std::string scene, folder, file, filter = "none";
   bool isJson = false;

@@ -94,7 +94,9 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
   for (int count = settings.minimax ? 0 : most - 1; count >= 1; --count)
     if (!consider({LloydScheme::zpw, count}) && areAlike) break;
   if (!areAlike) (void)consider({LloydScheme::fpw, most});
-  if (region.receivers.size() > 1) (void)consider({LloydScheme::zpw, most, 0, true});  // of one, it seldom gains a hundredth
+  // Gaps between a few receivers are worth a search; one has none, and of hundreds it would take milliseconds.
+  if (const std::size_t boxes = region.receivers.size(); boxes > 1 && boxes <= kMaxKeptCells)
+    (void)consider({LloydScheme::zpw, most, 0, true});
   (void)consider({LloydScheme::fpzpw, most});
   if (!settings.rows) return least < kInfinity;
   makeRowPlane(region, light, plane);

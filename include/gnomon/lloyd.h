@@ -2,7 +2,7 @@
 //
 // Based on: [Lloyd 2006]; a composition of region -> split or face -> footprint -> fit -> warp -> atlas -> block.
 // Differences from the paper: any camera, light and cut region; every warp of gnomon/warp.h; `best` compares the schemes, minimax splits
-// where there are several receivers, and rows by error of the light plane [Tang 2017], in up to four columns where the view is cut.
+// where there are two to sixteen receivers, and rows by error of the light plane [Tang 2017], in up to four columns where the view is cut.
 // Shader part: glsl/gnomon_lloyd.glsl
 // Test: tests/lloyd_test.cpp
 #pragma once

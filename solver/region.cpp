@@ -220,6 +220,72 @@ bool fitsFloat(const Region& region, double& value) noexcept {
   return value >= static_cast<double>(Float::min()) && value <= static_cast<double>(Float::max());
 }
 
+// What a scene and its samples are refused for.
+Status validateScene(const Frame& frame, int& index, double& value) noexcept {
+  index = badBox(frame.scene.receivers, value);
+  if (index >= 0) return Status::receiverBox;
+  index = badBox(frame.scene.casters, value);
+  if (index >= 0) return Status::casterBox;
+  for (std::size_t i = 0; i < frame.scene.planes.size(); ++i) {
+    const glm::dvec4& p = frame.scene.planes[i];
+    const glm::dvec3 normal(p);
+    index = static_cast<int>(i);
+    value = firstBad(normal, p.w);
+    if (!isFinite(normal) || !std::isfinite(p.w) || !(glm::dot(unit(normal), unit(normal)) > 0.0)) return Status::halfSpace;
+  }
+  index = -1;
+  value = 0.0;
+  return frame.samples ? validateSamples(*frame.samples, index, value) : Status::ok;
+}
+
+// Makes the volume of the frame's corners. False where they are none of a convex volume.
+bool readCorners(std::span<const glm::dvec3> cornersWs, Region& region, double& value) noexcept {
+  glm::dvec3 corners[8];
+  value = static_cast<double>(cornersWs.size());
+  if (cornersWs.size() != 8) return false;
+  for (std::size_t i = 0; i < 8; ++i) {
+    value = firstBad(cornersWs[i], 0.0);
+    if (!isFinite(cornersWs[i])) return false;
+    corners[i] = (cornersWs[i] - region.eyeWs) * region.worldFromView;
+  }
+  return cornerVolume(corners, region.volume, region.unevenness);
+}
+
+// Cuts the volume of corners to the camera's depths, and the depths to it. False where nothing is left.
+bool cutToDepths(Region& region) noexcept {
+  for (const Plane& plane : {Plane{{0.0, 0.0, 1.0}, -region.near}, Plane{{0.0, 0.0, -1.0}, region.far}})
+    if (cutCell(region.volume, plane, std::abs(plane.offset)) == Cut::outside) return false;
+  const DepthSpan depths = depthsOf(region.volume);
+  region.near = std::max(region.near, depths.near);
+  region.far = std::min(region.far, depths.far);
+  widen(region.volume, region.camera);
+  region.reach = 0.0;
+  for (int i = 0; i < region.volume.vertexCount; ++i)
+    region.reach = std::max(region.reach, std::sqrt(glm::dot(region.volume.vertices[i], region.volume.vertices[i])));
+  return true;
+}
+
+// Cuts the volume to the depths that are sampled and to the half-spaces. False where nothing is left.
+bool cutToScene(const Frame& frame, Region& region) noexcept {
+  if (frame.samples) {  // with room for what a depth value cannot tell apart; the spans are exact
+    const double near = frame.samples->near - region.latency, far = frame.samples->far + region.latency;
+    const auto room = [&](double z) { return std::max(depthQuantum(region.camera, z), viewQuantum(region.camera, z)); };
+    if (!(near <= far) || cutCell(region.volume, {{0.0, 0.0, 1.0}, -(near - room(near))}, std::abs(near)) == Cut::outside ||
+        cutCell(region.volume, {{0.0, 0.0, -1.0}, far + room(far)}, std::abs(far)) == Cut::outside)
+      return false;
+  }
+  for (const glm::dvec4& p : frame.scene.planes) {
+    const glm::dvec3 normal(p);
+    const double atEye = glm::dot(normal, region.eyeWs);
+    const Plane plane{normal * region.worldFromView, atEye + p.w};
+    const double magnitude = glm::dot(glm::abs(normal), glm::abs(region.eyeWs)) + std::abs(p.w);
+    const Cut cut = cutCell(region.volume, plane, magnitude);
+    if (cut == Cut::kept) region.warnings |= static_cast<std::uint32_t>(Warning::regionSimplified);
+    if (cut == Cut::outside) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 double depthBetween(double near, double far, int i, int count, bool isRatio) noexcept {
@@ -375,80 +441,23 @@ Status makeRegion(const Frame& frame, Region& region, int& index, double& value)
   region.volume.vertexCount = 0;
   region.worldFromView = viewAxes(camera.forwardWs, camera.upWs);
 
-  index = badBox(frame.scene.receivers, value);
-  if (index >= 0) return Status::receiverBox;
-  index = badBox(frame.scene.casters, value);
-  if (index >= 0) return Status::casterBox;
-  for (std::size_t i = 0; i < frame.scene.planes.size(); ++i) {
-    const glm::dvec4& p = frame.scene.planes[i];
-    const glm::dvec3 normal(p);
-    index = static_cast<int>(i);
-    value = firstBad(normal, p.w);
-    if (!isFinite(normal) || !std::isfinite(p.w) || !(glm::dot(unit(normal), unit(normal)) > 0.0)) return Status::halfSpace;
-  }
-  index = -1;
-  value = 0.0;
+  if (const Status status = validateScene(frame, index, value); status != Status::ok) return status;
   if (frame.samples) {
-    if (const Status status = validateSamples(*frame.samples, index, value); status != Status::ok) return status;
-    region.bounds = frame.samples->bounds;
     const glm::dvec3& right = frame.samples->rightWs;
+    region.bounds = frame.samples->bounds;
     region.boundsRightWs = right == glm::dvec3(0.0) ? region.worldFromView[0] : right;
     region.latency = frame.samples->latency;
   }
-  const std::span<const glm::dvec3> cornersWs = frame.cornersWs;
-  glm::dvec3 corners[8];
-  if (!cornersWs.empty()) {
-    value = static_cast<double>(cornersWs.size());
-    if (cornersWs.size() != 8) return Status::corners;
-    for (std::size_t i = 0; i < 8; ++i) {
-      value = firstBad(cornersWs[i], 0.0);
-      if (!isFinite(cornersWs[i])) return Status::corners;
-      corners[i] = (cornersWs[i] - region.eyeWs) * region.worldFromView;
-    }
-    if (!cornerVolume(corners, region.volume, region.unevenness)) {
-      region.volume.vertexCount = 0;
-      return Status::corners;
-    }
-  }
-  if (!(region.far > region.near)) {
+  const bool hasCorners = !frame.cornersWs.empty();
+  if (hasCorners && !readCorners(frame.cornersWs, region, value)) {
     region.volume.vertexCount = 0;
-    return Status::ok;
+    return Status::corners;
   }
-  if (!fitsFloat(region, value)) return Status::floatRange;
+  const bool hasDepth = region.far > region.near;
+  if (hasDepth && !fitsFloat(region, value)) return Status::floatRange;
   value = 0.0;
-  if (cornersWs.empty()) {
-    viewVolume(camera, region.near, region.far, region.volume);
-  } else {
-    for (const Plane& plane : {Plane{{0.0, 0.0, 1.0}, -region.near}, Plane{{0.0, 0.0, -1.0}, region.far}})
-      if (cutCell(region.volume, plane, std::abs(plane.offset)) == Cut::outside) {
-        region.volume.vertexCount = 0;
-        return Status::ok;
-      }
-    const DepthSpan depths = depthsOf(region.volume);
-    region.near = std::max(region.near, depths.near);
-    region.far = std::min(region.far, depths.far);
-    widen(region.volume, region.camera);
-    region.reach = 0.0;
-    for (int i = 0; i < region.volume.vertexCount; ++i)
-      region.reach = std::max(region.reach, std::sqrt(glm::dot(region.volume.vertices[i], region.volume.vertices[i])));
-  }
-  if (frame.samples) {  // with room for what a depth value cannot tell apart; the spans are exact
-    const double near = frame.samples->near - region.latency, far = frame.samples->far + region.latency;
-    const auto room = [&](double z) { return std::max(depthQuantum(region.camera, z), viewQuantum(region.camera, z)); };
-    if (!(near <= far) || cutCell(region.volume, {{0.0, 0.0, 1.0}, -(near - room(near))}, std::abs(near)) == Cut::outside ||
-        cutCell(region.volume, {{0.0, 0.0, -1.0}, far + room(far)}, std::abs(far)) == Cut::outside) {
-      region.volume.vertexCount = 0;
-      return Status::ok;
-    }
-  }
-  for (const glm::dvec4& p : frame.scene.planes) {
-    const glm::dvec3 normal(p);
-    const double atEye = glm::dot(normal, region.eyeWs);
-    const Plane plane{normal * region.worldFromView, atEye + p.w};
-    const double magnitude = glm::dot(glm::abs(normal), glm::abs(region.eyeWs)) + std::abs(p.w);
-    const Cut cut = cutCell(region.volume, plane, magnitude);
-    if (cut == Cut::kept) region.warnings |= static_cast<std::uint32_t>(Warning::regionSimplified);
-    if (cut != Cut::outside) continue;
+  if (hasDepth && !hasCorners) viewVolume(camera, region.near, region.far, region.volume);
+  if (!hasDepth || (hasCorners && !cutToDepths(region)) || !cutToScene(frame, region)) {
     region.volume.vertexCount = 0;
     return Status::ok;
   }

@@ -345,6 +345,7 @@ void makeBins(const Frame& frame, const Region& region, const LightSpace& light,
     tabulateWhole(region, light, ratio, places, bins);
   else
     measureBins(region, light, bins);
+  bins.samples[bins.count] = 0.0;  // behind the last
   double amount = bins.samples[0];
   bins.samples[0] = 0.0;
   for (int b = 0; b < bins.count; ++b) {

@@ -23,7 +23,7 @@ int findPlanes(const Frame& frame, const Region& region, const SdsmSettings& set
   }
   if (settings.scheme == SdsmScheme::kmeans || settings.scheme == SdsmScheme::optimal) {
     int first[kMaxPartitions];
-    double errors[kMaxPartitions];
+    double errors[kMaxPartitions] = {};  // k-means leaves them
     const int made = settings.scheme == SdsmScheme::kmeans ? splitByMeans(bins, count, first)
                                                            : splitOptimally(bins, settings.norm, count, target, first, errors);
     error = made > 0 ? errors[made - 1] : 0.0;

@@ -135,6 +135,17 @@ TEST(Split, FewerMapsThanSpansJoinTheNearest) {
   EXPECT_EQ(splits.slices[1].near, 1000.0);
 }
 
+// Depths whose logarithms float64 cannot tell apart: one slice holds both.
+TEST(Split, SpansWithinRoundingOfAPoint) {
+  const double near = 1000.0, far = std::nextafter(near, 2000.0);
+  for (const int count : {1, 2, 4, 16}) {
+    const Splits splits = splitSpans({{near, near}, {far, far}}, {}, count);
+    ASSERT_EQ(splits.count, 1) << count;
+    EXPECT_EQ(splits.slices[0].near, near);
+    EXPECT_EQ(splits.slices[0].far, far);
+  }
+}
+
 // The greatest ratio over random spans is the least possible: no cover with a smaller ratio exists (brute force over a fine grid
 // of ratios with the greedy cover written here).
 TEST(Split, GreatestRatioIsLeast) {

@@ -125,7 +125,7 @@ Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept {
       .clipZ = glm::vec4(clip[2]),
       .rays = glm::vec4(glm::dvec4(isPerspective ? std::sqrt(x * x + y * y + 1.0) : 1.0, kRounding, region.pixelSlope, region.pixelBase)),
       .depth = glm::vec4(glm::dvec4(region.near, region.far, kDepthRounding, frame.samples ? frame.samples->latency : 0.0)),
-      .tests = glm::vec4(glm::dvec4(frame.shadowMap.style == ClipStyle::direct3d ? -1.0 : 1.0,
+      .style = glm::vec4(glm::dvec4(frame.shadowMap.style == ClipStyle::direct3d ? -1.0 : 1.0,
                                     frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0, margin,
                                     frame.shadowMap.depth == DepthConvention::negativeOneToOne ? 1.0 : 0.0))};
   return Status::ok;

@@ -163,7 +163,7 @@ TEST_P(Parity, SdsmFitsASlice) {
     const SampleView view = sampleView(frame.camera, 160, 90, lsFromView);
     const glm::vec4 maxima(glm::dvec4(-bounds[0].least, bounds[0].most));
     std::string body = "vec4 law = " + literal(view.law) + ";\n  GnomonSdsmSetup setup = GnomonSdsmSetup(";
-    for (const glm::vec4* v : {&setup.lsX, &setup.lsY, &setup.clipZ, &setup.rays, &setup.depth, &setup.tests})
+    for (const glm::vec4* v : {&setup.lsX, &setup.lsY, &setup.clipZ, &setup.rays, &setup.depth, &setup.style})
       body += (v == &setup.lsX ? "" : ", ") + literal(*v);
     body += ");\n  GnomonPartition map = gnomonFitSlice(setup, law, gnomon.partitions[0], gnomon.viewPlane, vec2(1.5, 11.25), vec2(0.0), " +
             literal(maxima) +
@@ -481,7 +481,7 @@ shared vec4 scratch[256];
 const vec4 law = )" + literal(view.law) +
                        ", corner = " + literal(view.corner) + ", pixels = " + literal(view.pixels) +
                        ", forward = " + literal(view.forward) + ";\nconst GnomonSdsmSetup setup = GnomonSdsmSetup(";
-  for (const glm::vec4* v : {&setup.lsX, &setup.lsY, &setup.clipZ, &setup.rays, &setup.depth, &setup.tests})
+  for (const glm::vec4* v : {&setup.lsX, &setup.lsY, &setup.clipZ, &setup.rays, &setup.depth, &setup.style})
     before += (v == &setup.lsX ? "" : ", ") + literal(*v);
   before += ");\n";
   const std::string group = before + R"(

@@ -42,7 +42,7 @@ struct SdsmState {
 
 // What gnomon_sdsm.glsl needs of a frame; its vec4s are GnomonSdsmSetup's.
 struct SdsmSetup {
-  glm::vec4 lsX, lsY, clipZ, rays, depth, tests;
+  glm::vec4 lsX, lsY, clipZ, rays, depth, style;
 };
 
 // For partitions made on the GPU. They serve a whole view, perspective or orthographic, camera-relative; scene, budget and light are the

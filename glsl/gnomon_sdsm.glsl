@@ -18,12 +18,13 @@
 #include "gnomon_samples.glsl"
 
 struct GnomonSdsmSetup {
-  vec4 lsX;    // the light plane's axes and the row of clip depth, for world - origin; the origin is the eye
+  vec4 lsX;    // the light plane's axes and the row of clip depth, for world - origin
   vec4 lsY;
   vec4 clipZ;
   vec4 rays;   // x: distance from the eye over view depth at the view's corners, 1 if orthographic; y: rounding of a position, over its
                // distance from the eye; z: width of a pixel over view depth, w: the same width at depth 0
-  vec4 depth;  // x, y: view depths that may be shadowed; z: rounding of a depth value; w: world units of latency
+  vec4 depth;  // x, y: view depths that may be shadowed; z: rounding of a depth value; w: world units of latency, and of
+               // rounding where the origin is not the eye
   vec4 style;  // x: 1, or -1 for ClipStyle::direct3d's v; y: 1, or -1 for ClipStyle::vulkan's clip y; z: texels of margin; w: 1 where clip depth runs from -1
 };
 

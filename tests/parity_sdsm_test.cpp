@@ -150,6 +150,7 @@ TEST_P(Parity, SdsmFitsASlice) {
     frame.shadowMap.layout = MapLayout::layers;
     frame.shadowMap.depth = kDepthKinds[which++ % 3];
     frame.shadowMap.style = static_cast<ClipStyle>(which % 2 ? 0 : which % 3);
+    frame.worldSpace = which % 2 == 0;
     const auto place = solve(frame, {.split = {}, .fit = FitMode::slice});
     ASSERT_EQ(place->partitionCount, 4);
     SdsmSetup setup;
@@ -191,7 +192,8 @@ TEST_P(Parity, SdsmFitsASlice) {
       const double z = viewDepthAt(frame.camera, static_cast<double>(d));
       if (!(z >= 1.5 && z <= 11.25)) continue;
       const glm::dvec3 fromEye = viewPoint(frame.camera, (p % 160 + 0.5) / 160.0, (p / 160 + 0.5) / 90.0, z);
-      const glm::dvec4 q = glm::dmat4(clip) * glm::dvec4(fromEye, 1.0), uv = glm::dmat4(atlas) * glm::dvec4(fromEye, 1.0);
+      const glm::dvec4 world(frame.camera.positionWs + fromEye - place->originWs, 1.0);
+      const glm::dvec4 q = glm::dmat4(clip) * world, uv = glm::dmat4(atlas) * world;
       ASSERT_TRUE(std::abs(q.x) <= 1.0 + 1e-6 && std::abs(q.y) <= 1.0 + 1e-6 && q.z >= lowest && q.z <= 1.0 && q.w == 1.0)
           << q.x << " " << q.y << " " << q.z;
       const double v = frame.shadowMap.style == ClipStyle::direct3d ? 0.5 - 0.5 * q.y : 0.5 + 0.5 * q.y;
@@ -560,6 +562,7 @@ void makeOnTheGpu(const std::string& version, bool isAll) {
   int which = 0;
   for (Frame frame : views(isAll)) {
     frame.shadowMap.depth = kDepthKinds[++which % 3];
+    frame.worldSpace = which % 2 == 0;
     frame.camera.shadowDistance = 60.0;
     constexpr int kWidth = 65, kHeight = 33;
     std::vector<float> depths = depthsOf(frame.camera, kWidth, kHeight, random, which == 5);
@@ -660,12 +663,13 @@ void makeOnTheGpu(const std::string& version, bool isAll) {
       const double z = viewDepthAt(frame.camera, static_cast<double>(d));
       if (z > 60.0 * (1.0 - 1e-6)) continue;
       ++samples;
-      const glm::dvec3 fromEye = viewPoint(frame.camera, (p % kWidth + 0.5) / kWidth, (p / kWidth + 0.5) / kHeight, z);
-      const int index = selectByViewDepth(*made, static_cast<float>(viewDepth(*made, fromEye)));
+      const glm::dvec3 world =
+          frame.camera.positionWs + viewPoint(frame.camera, (p % kWidth + 0.5) / kWidth, (p / kWidth + 0.5) / kHeight, z) - place->originWs;
+      const int index = selectByViewDepth(*made, static_cast<float>(viewDepth(*made, world)));
       ASSERT_GE(index, 0) << which << " " << z;
       ASSERT_LT(index, static_cast<int>(made->info.x)) << which << " " << z;
       const glm::vec4 bounds = made->partitions[index].uvBounds;
-      const glm::dvec3 at = atlasPosition(*made, index, fromEye);
+      const glm::dvec3 at = atlasPosition(*made, index, world);
       ASSERT_TRUE(at.x >= static_cast<double>(bounds.x) - 1e-6 && at.x <= static_cast<double>(bounds.z) + 1e-6 &&
                   at.y >= static_cast<double>(bounds.y) - 1e-6 && at.y <= static_cast<double>(bounds.w) + 1e-6 && at.z >= 0.0 &&
                   at.z <= 1.0)

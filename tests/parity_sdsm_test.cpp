@@ -668,10 +668,9 @@ void makeOnTheGpu(const std::string& version, bool isAll) {
       const int index = selectByViewDepth(*made, static_cast<float>(viewDepth(*made, world)));
       ASSERT_GE(index, 0) << which << " " << z;
       ASSERT_LT(index, static_cast<int>(made->info.x)) << which << " " << z;
-      const glm::vec4 bounds = made->partitions[index].uvBounds;
-      const glm::dvec3 at = atlasPosition(*made, index, world);
-      ASSERT_TRUE(at.x >= static_cast<double>(bounds.x) - 1e-6 && at.x <= static_cast<double>(bounds.z) + 1e-6 &&
-                  at.y >= static_cast<double>(bounds.y) - 1e-6 && at.y <= static_cast<double>(bounds.w) + 1e-6 && at.z >= 0.0 &&
+      const glm::dvec4 bounds(made->partitions[index].uvBounds);
+      const glm::dvec4 at = glm::dmat4(made->partitions[index].atlasFromWorld) * glm::dvec4(world, 1.0);  // w is 1
+      ASSERT_TRUE(at.x >= bounds.x - 1e-6 && at.x <= bounds.z + 1e-6 && at.y >= bounds.y - 1e-6 && at.y <= bounds.w + 1e-6 && at.z >= 0.0 &&
                   at.z <= 1.0)
           << which << " " << z << " " << at.x << " " << at.y << " " << at.z;
     }

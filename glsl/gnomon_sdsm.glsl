@@ -18,13 +18,14 @@
 #include "gnomon_samples.glsl"
 
 struct GnomonSdsmSetup {
-  vec4 lsX;    // the light plane's axes and the row of clip depth, for world - origin; the origin is the eye
+  vec4 lsX;    // the light plane's axes and the row of clip depth, for world - origin
   vec4 lsY;
   vec4 clipZ;
   vec4 rays;   // x: distance from the eye over view depth at the view's corners, 1 if orthographic; y: rounding of a position, over its
                // distance from the eye; z: width of a pixel over view depth, w: the same width at depth 0
-  vec4 depth;  // x, y: view depths that may be shadowed; z: rounding of a depth value; w: world units of latency
-  vec4 tests;  // x: 1, or -1 for ClipStyle::direct3d's v; y: 1, or -1 for ClipStyle::vulkan's clip y; z: texels of margin; w: 1 where clip depth runs from -1
+  vec4 depth;  // x, y: view depths that may be shadowed; z: rounding of a depth value; w: world units of latency, and of
+               // rounding where the origin is not the eye
+  vec4 style;  // x: 1, or -1 for ClipStyle::direct3d's v; y: 1, or -1 for ClipStyle::vulkan's clip y; z: texels of margin; w: 1 where clip depth runs from -1
 };
 
 // Nearest and farthest view depth of the maxima of gnomonExtremes().
@@ -77,10 +78,15 @@ float gnomonWindowDepth(vec4 law, float viewDepth) {
   return law.z < 0.0 ? u : t;
 }
 
+const float gnomonImplViewRounding = 4e-6;   // relative, of a slice's end (four units in the last place) and of the samples' view depths: 32 units
+const float gnomonImplDepthRounding = 1e-6;  // of a depth value near 1, from gnomonWindowDepth and from rasterization: 8 units in the last place
+const float gnomonImplSteps = 4.0;           // roundings that add up: of gnomonViewDepth's products, of gnomonWindowDepth's operations
+
 // The depth values of a slice, with what float32 depth cannot tell from its ends: for gnomonBoundsOf().
 vec2 gnomonSliceDepths(vec4 law, vec2 slice) {
-  float a = gnomonWindowDepth(law, slice.x - 4e-6 * abs(slice.x)), b = gnomonWindowDepth(law, slice.y + 4e-6 * abs(slice.y)), least = min(a, b), most = max(a, b);
-  float room = law.z < 0.0 ? 1e-6 * most : 1e-6;
+  vec2 ends = slice + gnomonImplViewRounding * vec2(-abs(slice.x), abs(slice.y));
+  float a = gnomonWindowDepth(law, ends.x), b = gnomonWindowDepth(law, ends.y), least = min(a, b), most = max(a, b);
+  float room = law.z < 0.0 ? gnomonImplDepthRounding * most : gnomonImplDepthRounding;
   return vec2(least - room, most + room);
 }
 
@@ -94,26 +100,26 @@ float gnomonImplQuantum(vec4 law, vec4 depth, float viewDepth) {
 // A slice's partition. bounds: the maxima of gnomonBoundsOf(); joined: 1 where a partition adjoins at the near end (x), at the far end (y).
 GnomonPartition gnomonFitSlice(GnomonSdsmSetup setup, vec4 law, GnomonPartition place, vec4 viewPlane, vec2 slice, vec2 joined, vec4 bounds) {
   GnomonPartition map = place;
-  float quantum = max(gnomonImplQuantum(law, setup.depth, slice.y), 4.0 * setup.rays.y * slice.y);
+  float quantum = max(gnomonImplQuantum(law, setup.depth, slice.y), gnomonImplSteps * setup.rays.y * slice.y);
   float reach = (abs(slice.y) + quantum) * setup.rays.x;
   float room = setup.depth.w + quantum * setup.rays.x + setup.rays.y * reach;
   vec2 least = -bounds.xy - room, most = bounds.zw + room;
   vec2 pixel = vec2(setup.rays.z * slice.x + setup.rays.w), size = max(most - least, pixel), texels = place.viewport.zw;
   least = 0.5 * (least + most - size);
-  vec2 texel = size / max(texels - 2.0 * setup.tests.z, vec2(1.0));
-  least -= setup.tests.z * texel;
+  vec2 texel = size / max(texels - 2.0 * setup.style.z, vec2(1.0));
+  least -= setup.style.z * texel;
   size = texel * texels;
   vec4 x = setup.lsX * (2.0 / size.x), y = setup.lsY * (2.0 / size.y);
   x.w -= least.x * (2.0 / size.x) + 1.0;
   y.w -= least.y * (2.0 / size.y) + 1.0;
   vec4 w = vec4(0.0, 0.0, 0.0, 1.0), z = setup.clipZ;
-  map.clipFromWorld = transpose(mat4(x, setup.tests.y * y, z, w));
+  map.clipFromWorld = transpose(mat4(x, setup.style.y * y, z, w));
   vec2 extent = place.uvBounds.zw - place.uvBounds.xy;
   vec4 u = (0.5 * x + 0.5 * w) * extent.x + w * place.uvBounds.x;
-  vec4 v = (0.5 * setup.tests.x * setup.tests.y * y + 0.5 * w) * extent.y + w * place.uvBounds.y;
-  map.atlasFromWorld = transpose(mat4(u, v, setup.tests.w > 0.0 ? 0.5 * (z + w) : z, w));
+  vec4 v = (0.5 * setup.style.x * setup.style.y * y + 0.5 * w) * extent.y + w * place.uvBounds.y;
+  map.atlasFromWorld = transpose(mat4(u, v, setup.style.w > 0.0 ? 0.5 * (z + w) : z, w));
   float viewNear = slice.x - (joined.x > 0.0 ? 0.0 : quantum), viewFar = slice.y + (joined.y > 0.0 ? 0.0 : quantum);
-  float sign = law.z, pad = 4.0 * setup.depth.z;
+  float sign = law.z, pad = gnomonImplSteps * setup.depth.z;
   float windowNear = sign * gnomonWindowDepth(law, slice.x) - (joined.x > 0.0 ? 0.0 : pad), windowFar = sign * gnomonWindowDepth(law, slice.y) + (joined.y > 0.0 ? 0.0 : pad);
   map.interval = vec4(viewNear, viewFar, windowNear, windowFar);
   map.layer = vec4(place.layer.x, slice.y, 0.0, 0.0);

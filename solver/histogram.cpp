@@ -306,14 +306,19 @@ void makeBins(const Frame& frame, const Region& region, const LightSpace& light,
   bins.samples[0] = bins.sum[0] = bins.squares[0] = 0.0;
   const int given = static_cast<int>(samples.histogram.size());
   const int joined = std::max((given + kMaxBins - 1) / kMaxBins, 1), places = given > 0 ? (given + joined - 1) / joined : kMaxBins;
-  const bool isRatio = samples.near > 0.0;
+  DepthSpan all{samples.near, samples.far};
+  if (given == 0 && region.spanCount > 0) {  // over what is shadowed alone: no ratio leads on from the eye
+    const double least = region.spans[0].near, most = region.spans[region.spanCount - 1].far;
+    all = {std::clamp(samples.near, least, most), std::clamp(samples.far, least, most)};
+  }
+  const bool isRatio = all.near > 0.0;
   const double length = given > 0 ? static_cast<double>(given) / joined : places;  // in places
-  const double ratio = isRatio ? std::pow(samples.far / samples.near, 1.0 / length) : 1.0, step = (samples.far - samples.near) / places;
+  const double ratio = isRatio ? std::pow(all.far / all.near, 1.0 / length) : 1.0, step = (all.far - all.near) / places;
   bins.joined = joined;
   int span = 0;
-  double end = samples.near;
+  double end = all.near;
   for (int place = 0; place < places; ++place) {
-    const double near = end, far = place + 1 == places ? samples.far : isRatio ? near * ratio : near + step;
+    const double near = end, far = place + 1 == places ? all.far : isRatio ? near * ratio : near + step;
     end = far;
     double amount = given > 0 ? 0.0 : 1.0, weight = given > 0 ? 0.0 : 1.0;
     for (int i = place * joined; i < std::min((place + 1) * joined, given); ++i) {
@@ -340,6 +345,7 @@ void makeBins(const Frame& frame, const Region& region, const LightSpace& light,
     tabulateWhole(region, light, ratio, places, bins);
   else
     measureBins(region, light, bins);
+  bins.samples[bins.count] = 0.0;  // behind the last
   double amount = bins.samples[0];
   bins.samples[0] = 0.0;
   for (int b = 0; b < bins.count; ++b) {

@@ -1,5 +1,7 @@
 #include "gnomon/lookup.h"
 
+#include <algorithm>
+
 namespace gnomon {
 namespace {
 
@@ -19,14 +21,30 @@ int selectByWindowDepth(const GnomonBlock& block, float windowDepth) noexcept {
 
 int selectByViewDepth(const GnomonBlock& block, float viewDepth) noexcept { return select(block, block.viewStart, viewDepth, 1); }
 
+int selectByMask(const GnomonBlock& block, const glm::dvec3& world) noexcept {
+  const glm::dvec4 p(world, 1.0);
+  const auto at = [&](const vec4& plane) { return glm::dot(glm::dvec4(plane), p); };
+  for (std::uint32_t i = 0; i < block.info.x; ++i) {
+    const GnomonPartition& map = block.partitions[i];
+    const double along = at(map.axis);
+    const glm::dvec2 range(map.range);
+    if (along >= range.x && along < range.y && at(map.left) >= 0.0 && at(map.right) >= 0.0) return static_cast<int>(i);
+  }
+  return -1;
+}
+
 double viewDepth(const GnomonBlock& block, const glm::dvec3& world) noexcept {
   const glm::dvec4 plane(block.viewPlane);
   return glm::dot(glm::dvec3(plane), world) + plane.w;
 }
 
-glm::dvec3 atlasPosition(const GnomonBlock& block, int partition, const glm::dvec3& world) noexcept {
-  const glm::dvec4 atlas = glm::dmat4(block.partitions[partition].atlasFromWorld) * glm::dvec4(world, 1.0);
-  return glm::dvec3(atlas) / atlas.w;
+glm::dvec4 atlasPosition(const GnomonBlock& block, int partition, const glm::dvec3& world) noexcept {
+  const GnomonPartition& map = block.partitions[partition];
+  const glm::dvec4 q = glm::dmat4(map.atlasFromWorld) * glm::dvec4(world, 1.0), bounds(map.uvBounds), atlas(block.atlas);
+  const glm::dvec3 p = glm::dvec3(q) / q.w;
+  const bool isInside =
+      q.w > 0.0 && p.x >= bounds.x - atlas.z && p.y >= bounds.y - atlas.w && p.x <= bounds.z + atlas.z && p.y <= bounds.w + atlas.w;
+  return {p.x, p.y, std::clamp(p.z, 0.0, 1.0), isInside ? 1.0 : 0.0};
 }
 
 }  // namespace gnomon

@@ -1,5 +1,7 @@
 #include "gnomon/pssm.h"
 
+#include <utility>
+
 #include "gnomon/frame.h"
 #include "gnomon/maps.h"
 #include "numeric.h"
@@ -8,15 +10,15 @@ namespace gnomon {
 namespace {
 
 // Splits of the region; for a stable fit of the whole depth range, since only the projection may decide them.
-Status splitFor(FitMode mode, const Region& region, const SplitSettings& settings, int count, Splits& splits, double& refused) noexcept {
-  if (mode != FitMode::stable) return split(region, settings, count, splits, refused);
-  Region whole;
-  whole.camera = region.camera;
-  whole.near = region.near;
-  whole.far = region.far;
-  whole.spanCount = 1;
-  whole.spans[0] = {region.near, region.far};
-  return split(whole, settings, count, splits, refused);
+Status splitFor(FitMode mode, Region& region, const SplitSettings& settings, int count, Splits& splits, double& refused) noexcept {
+  if (mode != FitMode::stable || region.spanCount == 0) return split(region, settings, count, splits, refused);
+  // Another region would be 50 KiB of stack: this one has the whole span for a while.
+  const DepthSpan first = std::exchange(region.spans[0], {region.near, region.far});
+  const int spanCount = std::exchange(region.spanCount, 1);
+  const Status status = split(region, settings, count, splits, refused);
+  region.spans[0] = first;
+  region.spanCount = spanCount;
+  return status;
 }
 
 }  // namespace

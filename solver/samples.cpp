@@ -12,6 +12,10 @@ namespace {
 
 bool isReversed(const Camera& camera) noexcept { return camera.depth == DepthConvention::reversedZeroToOne; }
 
+int rowCount(const DepthImage& image) noexcept { return image.depths ? image.height : 0; }
+
+const float* rowAt(const DepthImage& image, int y) noexcept { return image.depths + y * (image.stride != 0 ? image.stride : image.width); }
+
 // Samples have depths in [0, 1), reversed ones in (0, 1]. NaN fails.
 bool isSample(float depth, bool reversed) noexcept { return reversed ? depth > 0.0f && depth <= 1.0f : depth >= 0.0f && depth < 1.0f; }
 
@@ -49,7 +53,7 @@ void findExtremes(const DepthImage& image, float& least, float& greatest) noexce
   Extremes all;
   std::fill_n(all.least, kLanes, kAbove);
   std::fill_n(all.greatest, kLanes, kBelow);
-  for (int y = 0; y < image.height; ++y) findExtremes<kReversed, kSifted>(image.depths + y * image.stride, image.width, all);
+  for (int y = 0; y < rowCount(image); ++y) findExtremes<kReversed, kSifted>(rowAt(image, y), image.width, all);
   least = *std::min_element(all.least, all.least + kLanes);
   greatest = *std::max_element(all.greatest, all.greatest + kLanes);
   if (!kSifted && (least < 0.0f || greatest > 1.0f) && least != kAbove) findExtremes<kReversed, true>(image, least, greatest);
@@ -134,8 +138,8 @@ void sampleHistogram(const Camera& camera, const DepthImage& image, std::span<co
   if (bins == 0) return;
   const bool reversed = isReversed(camera);
   const BinFinder find(edges.data() + 1, bins - 1, reversed);
-  for (int y = 0; y < image.height; ++y) {
-    const float* row = image.depths + y * image.stride;
+  for (int y = 0; y < rowCount(image); ++y) {
+    const float* row = rowAt(image, y);
     for (int x = 0; x < image.width; ++x)
       if (isSample(row[x], reversed)) ++counts[find(row[x])];
   }
@@ -195,10 +199,10 @@ void sampleBounds(const Camera& camera, const DepthImage& image, const glm::dmat
   const BinFinder find(starts, cells, reversed);
   constexpr int kRun = 256;  // pixels at a time: their positions by vectors, then where they go
   float lsX[kRun], lsY[kRun];
-  for (int y = 0; y < image.height; ++y)
+  for (int y = 0; y < rowCount(image); ++y)
     for (int start = 0; start < image.width; start += kRun) {
       const int run = std::min(kRun, image.width - start);
-      const float* row = image.depths + y * image.stride + start;
+      const float* row = rowAt(image, y) + start;
       const float up = static_cast<float>(y) + 0.5f;
       for (int x = 0; x < run; ++x) {
         const float z = std::min(viewDepthOf(view, row[x]), kMax), right = static_cast<float>(start + x) + 0.5f;

@@ -23,7 +23,7 @@ int findPlanes(const Frame& frame, const Region& region, const SdsmSettings& set
   }
   if (settings.scheme == SdsmScheme::kmeans || settings.scheme == SdsmScheme::optimal) {
     int first[kMaxPartitions];
-    double errors[kMaxPartitions];
+    double errors[kMaxPartitions] = {};  // k-means leaves them
     const int made = settings.scheme == SdsmScheme::kmeans ? splitByMeans(bins, count, first)
                                                            : splitOptimally(bins, settings.norm, count, target, first, errors);
     error = made > 0 ? errors[made - 1] : 0.0;
@@ -110,12 +110,14 @@ Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept {
   MapFit fit;
   fitSlice(region, footprint, FitMode::slice, region.pixelSlope * region.near + region.pixelBase, fit);
   constexpr double kRounding = 1.5 / 1048576.0;  // of bounds and of the matrix: float32 products of a few factors
-  const double room = kRounding * footprint.reach;
+  const glm::dvec3 eyeMinusOrigin = frame.worldSpace ? region.eyeWs : glm::dvec3(0.0);
+  const double away = kRounding * std::sqrt(glm::dot(eyeMinusOrigin, eyeMinusOrigin)), room = kRounding * footprint.reach + away;
   fit.depthNear -= room;
   fit.depthFar += room;
   extendToCasters(frame.scene.casters, region, light, fit);
   glm::dmat4 clipFromWorld;
-  cropMatrix(frame, light, glm::dvec3(0.0), fit, clipFromWorld);
+  cropMatrix(frame, light, eyeMinusOrigin, fit, clipFromWorld);
+  light.lsFromWorld[3] -= light.lsFromWorld * glm::dvec4(eyeMinusOrigin, 0.0);  // of positions; bounds stay relative to the eye
   const glm::dmat4 clip = glm::transpose(clipFromWorld), ls = glm::transpose(light.lsFromWorld);
   const double margin = frame.margin.filter + frame.margin.normalOffset;
   constexpr double kDepthRounding = 2.0 / 8388608.0;  // as depthQuantum has it
@@ -124,8 +126,8 @@ Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept {
       .lsY = glm::vec4(ls[1]),
       .clipZ = glm::vec4(clip[2]),
       .rays = glm::vec4(glm::dvec4(isPerspective ? std::sqrt(x * x + y * y + 1.0) : 1.0, kRounding, region.pixelSlope, region.pixelBase)),
-      .depth = glm::vec4(glm::dvec4(region.near, region.far, kDepthRounding, frame.samples ? frame.samples->latency : 0.0)),
-      .tests = glm::vec4(glm::dvec4(frame.shadowMap.style == ClipStyle::direct3d ? -1.0 : 1.0,
+      .depth = glm::vec4(glm::dvec4(region.near, region.far, kDepthRounding, (frame.samples ? frame.samples->latency : 0.0) + away)),
+      .style = glm::vec4(glm::dvec4(frame.shadowMap.style == ClipStyle::direct3d ? -1.0 : 1.0,
                                     frame.shadowMap.style == ClipStyle::vulkan ? -1.0 : 1.0, margin,
                                     frame.shadowMap.depth == DepthConvention::negativeOneToOne ? 1.0 : 0.0))};
   return Status::ok;

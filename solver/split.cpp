@@ -25,7 +25,7 @@ int cover(const Region& region, const double* near, const double* far, double st
     }
     const bool isFresh = near[i] > reached;  // a slice begins after a gap
     const double from = isFresh ? near[i] : reached;
-    int needed = static_cast<int>(std::min(std::ceil((far[i] - from) / step), static_cast<double>(most + 1)));
+    int needed = static_cast<int>(std::min(most + 1.0, std::ceil((far[i] - from) / step)));  // 0 / 0 counts as too many
     needed = std::max(needed, isFresh ? 1 : 0);
     slices += needed;
     reached = from + needed * step;

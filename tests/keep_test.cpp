@@ -71,7 +71,7 @@ TEST(Keep, KeptMapsCoverWhatTheyServeWhileTheCameraMoves) {
         const glm::dvec4 a = glm::dmat4(then.clipFromWorld) * glm::dvec4(ws - before.maps[i].originWs, 1.0),
                          b = glm::dmat4(now.clipFromWorld) * glm::dvec4(ws - solution->originWs, 1.0);
         ASSERT_LT(std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) * now.viewport.z / 2.0, 1e-3) << step;  // texels
-        const glm::dvec3 uv = atlasPosition(solution->block, i, ws - solution->originWs);
+        const glm::dvec4 uv = atlasPosition(solution->block, i, ws - solution->originWs);
         ASSERT_NEAR(uv.x * solution->atlas.x, now.viewport.x + (0.5 + 0.5 * b.x) * now.viewport.z, 2e-3);
         ASSERT_NEAR(uv.y * solution->atlas.y, now.viewport.y + (0.5 + 0.5 * b.y) * now.viewport.w, 2e-3);
       }

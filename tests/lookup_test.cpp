@@ -1,5 +1,8 @@
 #include "support.h"
 
+#include "gnomon/lloyd.h"
+#include "gnomon/lspsm.h"
+
 namespace gnomon::test {
 namespace {
 
@@ -42,6 +45,77 @@ TEST(Lookup, BoundariesBelongToTheNextMap) {
   EXPECT_EQ(selectByViewDepth(solution->block, 100.0f), 3);
   EXPECT_EQ(selectByWindowDepth(solution->block, 0.0f), 0);
   EXPECT_EQ(selectByWindowDepth(solution->block, 1.0f), 3);
+}
+
+// Faces and rows, which depth does not find: the first whose planes hold a point, away from borders. A slice as depth finds it.
+TEST(Lookup, MaskFindsFacesRowsAndSlices) {
+  Random random(83);
+  for (const bool worldSpace : {false, true})
+    for (int k = 0; k < 12; ++k) {
+      Frame frame = usualFrame();
+      frame.worldSpace = worldSpace;
+      frame.budget.partitions = k % 2 ? 7 : 16;
+      if (k >= 3) frame.light.directionWs = random.direction();
+      Solution solution;
+      const Status status = k % 3 == 0   ? solveLloyd(frame, {.scheme = LloydScheme::fpzpw, .split = {}}, solution)
+                            : k % 3 == 1 ? solveLspsm(frame, {.rows = {.maxColumns = 3}}, solution)
+                                         : solvePssm(frame, {}, solution);
+      ASSERT_EQ(status, Status::ok);
+      if (k < 2) {
+        ASSERT_GT(solution.partitions[0].planeCount, 0);
+      }
+      int compared = 0;
+      for (int i = 0; i < 500; ++i) {
+        const double z = random.logUniform(frame.camera.near, frame.camera.far);
+        const glm::dvec3 ws = frame.camera.positionWs + viewPoint(frame.camera, random.uniform(), random.uniform(), z);
+        int expected = -1;
+        double nearest = kInfinity;  // border
+        for (int m = 0; m < solution.partitionCount; ++m) {
+          const Partition& map = solution.partitions[m];
+          double inside = map.planeCount > 0 ? kInfinity : std::min(z - map.near, map.far - z);
+          for (int p = 0; p < map.planeCount; ++p) inside = std::min(inside, glm::dot(glm::dvec3(map.planes[p]), ws) + map.planes[p].w);
+          nearest = std::min(nearest, std::abs(inside));
+          if (expected < 0 && inside > 0.0) expected = m;
+        }
+        if (nearest < 4e-6 * (z + glm::length(frame.camera.positionWs))) continue;
+        ++compared;
+        ASSERT_EQ(selectByMask(solution.block, ws - solution.originWs), expected) << k << " " << z;
+        const int byDepth = selectByViewDepth(solution.block, static_cast<float>(z));
+        EXPECT_EQ(byDepth, solution.partitions[0].planeCount > 0 ? -1 : expected) << k << " " << z;
+      }
+      EXPECT_GT(compared, 450) << k;
+      EXPECT_EQ(selectByMask(solution.block, glm::dvec3(std::nan(""))), -1);
+    }
+  GnomonBlock none;
+  clearBlock(none);
+  EXPECT_EQ(selectByMask(none, glm::dvec3(1.0, 2.0, 3.0)), -1);
+}
+
+// Outside its map a point is said to be, within a texel of it not; depth stays in the map's range.
+TEST(Lookup, AtlasPositionSaysWhetherItIsInside) {
+  Frame frame = usualFrame();
+  frame.shadowMap.depth = DepthConvention::negativeOneToOne;
+  const auto solution = solve(frame);
+  const glm::dvec3 light = glm::normalize(frame.light.directionWs);
+  for (int k = 0; k < solution->partitionCount; ++k) {
+    const Partition& map = solution->partitions[k];
+    const auto worldAt = [&](double texelX, double texelY) {  // of a texel of the map: clip space backwards, at the middle of its depth
+      const glm::dvec4 clip(2.0 * texelX / map.viewport.z - 1.0, 2.0 * texelY / map.viewport.w - 1.0, 0.0, 1.0);
+      const glm::dvec4 ws = glm::inverse(glm::dmat4(map.clipFromWorld)) * clip;
+      return glm::dvec3(ws) / ws.w;
+    };
+    for (const double out : {-10.0, 0.5, 0.9, 1.1, 3.0}) {
+      const double inside = out < 1.0 ? 1.0 : 0.0, across = map.viewport.z / 2.0, up = map.viewport.w / 2.0;
+      EXPECT_EQ(atlasPosition(solution->block, k, worldAt(-out, up)).w, inside) << k << " " << out;
+      EXPECT_EQ(atlasPosition(solution->block, k, worldAt(map.viewport.z + out, up)).w, inside) << k << " " << out;
+      EXPECT_EQ(atlasPosition(solution->block, k, worldAt(across, -out)).w, inside) << k << " " << out;
+      EXPECT_EQ(atlasPosition(solution->block, k, worldAt(across, map.viewport.w + out)).w, inside) << k << " " << out;
+    }
+    const glm::dvec3 middle = worldAt(map.viewport.z / 2.0, map.viewport.w / 2.0);
+    EXPECT_NEAR(atlasPosition(solution->block, k, middle).z, 0.5, 1e-4);
+    EXPECT_EQ(atlasPosition(solution->block, k, middle - light * 1e4).z, 0.0);
+    EXPECT_EQ(atlasPosition(solution->block, k, middle + light * 1e4).z, 1.0);
+  }
 }
 
 TEST(Lookup, ViewDepthIsAlongTheView) {

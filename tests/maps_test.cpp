@@ -81,7 +81,7 @@ TEST(Maps, LookupLandsWhereTheViewportDraws) {
         const glm::dvec3 ndc = glm::dvec3(q) / q.w;
         const double up = style == ClipStyle::direct3d ? -ndc.y : ndc.y;  // rows are counted from v = 0
         const glm::dvec2 texel(map.viewport.x + (ndc.x * 0.5 + 0.5) * map.viewport.z, map.viewport.y + (up * 0.5 + 0.5) * map.viewport.w);
-        const glm::dvec3 atlas = atlasPosition(solution->block, k, rel);
+        const glm::dvec4 atlas = atlasPosition(solution->block, k, rel);
         EXPECT_NEAR(atlas.x * solution->atlas.x, texel.x, 0.01);
         EXPECT_NEAR(atlas.y * solution->atlas.y, texel.y, 0.01);
         EXPECT_NEAR(atlas.z, depth == DepthConvention::negativeOneToOne ? ndc.z * 0.5 + 0.5 : ndc.z, 1e-5);

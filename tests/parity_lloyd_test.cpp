@@ -49,6 +49,7 @@ TEST_P(Parity, MaskFindsWhoServes) {
         if (expected == kMayDiffer) continue;
         ++compared;
         ASSERT_EQ(results[i].x, static_cast<float>(expected)) << static_cast<int>(scheme) << " " << k << " " << i;
+        ASSERT_EQ(selectByMask(solution.block, world), expected) << static_cast<int>(scheme) << " " << k << " " << i;
         if (expected < 0 || expected > 3) {
           EXPECT_EQ(results[i].w, 0.0f);
           continue;
@@ -76,7 +77,10 @@ TEST_P(Parity, TheMaskGivesASplitToWhatBeginsThere) {
   std::vector<glm::vec4> points;
   for (int i = 1; i < 4; ++i) points.emplace_back(0.0f, 0.0f, -solution->block.partitions[i].range.x, static_cast<float>(i));
   const auto selected = gpu.run("  result = vec4(float(gnomonSelectMask(gnomon, world)));\n", solution->block, points);
-  for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(selected[i].x, points[i].w);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    EXPECT_EQ(selected[i].x, points[i].w);
+    EXPECT_EQ(selectByMask(solution->block, glm::dvec3(points[i])), static_cast<int>(points[i].w));
+  }
 }
 
 }  // namespace

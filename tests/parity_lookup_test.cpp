@@ -43,7 +43,8 @@ TEST_P(Parity, Lookup) {
       const int k = static_cast<int>(points[i].w);
       const Partition& map = solution->partitions[k];
       const glm::dvec3 world(points[i]);
-      const glm::dvec3 reference = texelReference(frame, map, world), cpp = atlasPosition(solution->block, k, world);
+      const glm::dvec3 reference = texelReference(frame, map, world);
+      const glm::dvec4 cpp = atlasPosition(solution->block, k, world);
       const glm::dvec2 texel = glm::dvec2(lookups[i].x, lookups[i].y) * atlas;
       const glm::dvec2 least(map.viewport.x, map.viewport.y), size(map.viewport.z, map.viewport.w);
       const glm::dvec2 past = glm::max(least - glm::dvec2(reference), glm::dvec2(reference) - least - size);
@@ -51,6 +52,7 @@ TEST_P(Parity, Lookup) {
       constexpr double kSlack = 1.0 / 64.0;
       if (std::abs(out - 1.0) > kSlack) {
         EXPECT_EQ(lookups[i].w, out < 1.0 ? 1.0f : 0.0f) << out;
+        EXPECT_EQ(cpp.w, out < 1.0 ? 1.0 : 0.0) << out;
       }
       outside += out > 1.0;
       EXPECT_EQ(others[i].x, static_cast<float>(frame.shadowMap.layout == MapLayout::layers ? k : 0));
@@ -67,7 +69,7 @@ TEST_P(Parity, Lookup) {
         EXPECT_NEAR(texel[c], reference[c], kTexel);
       }
       constexpr double kDepth = 2e-6;
-      EXPECT_NEAR(lookups[i].z, std::clamp(cpp.z, 0.0, 1.0), kDepth);
+      EXPECT_NEAR(lookups[i].z, cpp.z, kDepth);
       EXPECT_NEAR(lookups[i].z, std::clamp(reference.z, 0.0, 1.0), kDepth);
       EXPECT_NEAR(others[i].y, reference.z, kDepth * (1.0 + std::abs(reference.z)));
       EXPECT_EQ(others[i].z, std::clamp(others[i].y, 0.0f, 1.0f));
@@ -198,15 +200,17 @@ TEST_P(Parity, AProjectiveMapIsDividedByW) {
     if (q.w < -0.01) {  // behind the light, wherever the division puts it
       ++behind;
       EXPECT_EQ(lookups[i].w, 0.0f);
+      EXPECT_EQ(atlasPosition(block, 0, world).w, 0.0);
       behindInside += p.x > 0.05 && p.x < 0.95 && p.y > 0.05 && p.y < 0.95;
     }
     const double out = std::max(std::max(-p.x, p.x - 1.0) * atlas.x, std::max(-p.y, p.y - 1.0) * atlas.y);
     if (q.w < 0.2 || out > 8.0) continue;
+    const glm::dvec4 cpp = atlasPosition(block, 0, world);
     if (std::abs(out - 1.0) > 0.01) {
       EXPECT_EQ(lookups[i].w, out < 1.0 ? 1.0f : 0.0f);
+      EXPECT_EQ(cpp.w, out < 1.0 ? 1.0 : 0.0);
     }
     ++inside;
-    const glm::dvec3 cpp = atlasPosition(block, 0, world);
     for (int c = 0; c < 2; ++c) {
       EXPECT_NEAR(lookups[i][c] * atlas[c], p[c] * atlas[c], 1.0 / 256.0);
       EXPECT_NEAR(cpp[c], p[c], 1e-12);
@@ -214,7 +218,7 @@ TEST_P(Parity, AProjectiveMapIsDividedByW) {
     }
     EXPECT_NEAR(lookups[i].z, std::clamp(p.z, 0.0, 1.0), 1e-5);
     EXPECT_NEAR(edgesS[i].w, p.z, 1e-5 * (1.0 + std::abs(p.z)));
-    EXPECT_NEAR(cpp.z, p.z, 1e-12);
+    EXPECT_NEAR(cpp.z, std::clamp(p.z, 0.0, 1.0), 1e-12);
     EXPECT_NEAR(casts[i].z, own.z, 1e-5);
     const std::array<double, 4> sides{own.w + own.x, own.w - own.x, own.w + own.y, own.w - own.y};
     for (std::size_t c = 0; c < 4; ++c) EXPECT_NEAR(clips[i][static_cast<int>(c)], sides[c], 1e-5);

@@ -59,6 +59,7 @@ TEST_P(Parity, CellIsWhoServes) {
       ++compared;
       ASSERT_EQ(results[i].x, static_cast<float>(expected)) << k << " " << i;
       ASSERT_EQ(results[i].z, static_cast<float>(expected)) << k << " " << i;
+      ASSERT_EQ(selectByMask(solution.block, glm::dvec3(points[i])), expected) << k << " " << i;
     }
     EXPECT_GT(compared, 1800);
   }

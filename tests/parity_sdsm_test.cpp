@@ -150,6 +150,7 @@ TEST_P(Parity, SdsmFitsASlice) {
     frame.shadowMap.layout = MapLayout::layers;
     frame.shadowMap.depth = kDepthKinds[which++ % 3];
     frame.shadowMap.style = static_cast<ClipStyle>(which % 2 ? 0 : which % 3);
+    frame.worldSpace = which % 2 == 0;
     const auto place = solve(frame, {.split = {}, .fit = FitMode::slice});
     ASSERT_EQ(place->partitionCount, 4);
     SdsmSetup setup;
@@ -163,7 +164,7 @@ TEST_P(Parity, SdsmFitsASlice) {
     const SampleView view = sampleView(frame.camera, 160, 90, lsFromView);
     const glm::vec4 maxima(glm::dvec4(-bounds[0].least, bounds[0].most));
     std::string body = "vec4 law = " + literal(view.law) + ";\n  GnomonSdsmSetup setup = GnomonSdsmSetup(";
-    for (const glm::vec4* v : {&setup.lsX, &setup.lsY, &setup.clipZ, &setup.rays, &setup.depth, &setup.tests})
+    for (const glm::vec4* v : {&setup.lsX, &setup.lsY, &setup.clipZ, &setup.rays, &setup.depth, &setup.style})
       body += (v == &setup.lsX ? "" : ", ") + literal(*v);
     body += ");\n  GnomonPartition map = gnomonFitSlice(setup, law, gnomon.partitions[0], gnomon.viewPlane, vec2(1.5, 11.25), vec2(0.0), " +
             literal(maxima) +
@@ -191,7 +192,8 @@ TEST_P(Parity, SdsmFitsASlice) {
       const double z = viewDepthAt(frame.camera, static_cast<double>(d));
       if (!(z >= 1.5 && z <= 11.25)) continue;
       const glm::dvec3 fromEye = viewPoint(frame.camera, (p % 160 + 0.5) / 160.0, (p / 160 + 0.5) / 90.0, z);
-      const glm::dvec4 q = glm::dmat4(clip) * glm::dvec4(fromEye, 1.0), uv = glm::dmat4(atlas) * glm::dvec4(fromEye, 1.0);
+      const glm::dvec4 world(frame.camera.positionWs + fromEye - place->originWs, 1.0);
+      const glm::dvec4 q = glm::dmat4(clip) * world, uv = glm::dmat4(atlas) * world;
       ASSERT_TRUE(std::abs(q.x) <= 1.0 + 1e-6 && std::abs(q.y) <= 1.0 + 1e-6 && q.z >= lowest && q.z <= 1.0 && q.w == 1.0)
           << q.x << " " << q.y << " " << q.z;
       const double v = frame.shadowMap.style == ClipStyle::direct3d ? 0.5 - 0.5 * q.y : 0.5 + 0.5 * q.y;
@@ -481,7 +483,7 @@ shared vec4 scratch[256];
 const vec4 law = )" + literal(view.law) +
                        ", corner = " + literal(view.corner) + ", pixels = " + literal(view.pixels) +
                        ", forward = " + literal(view.forward) + ";\nconst GnomonSdsmSetup setup = GnomonSdsmSetup(";
-  for (const glm::vec4* v : {&setup.lsX, &setup.lsY, &setup.clipZ, &setup.rays, &setup.depth, &setup.tests})
+  for (const glm::vec4* v : {&setup.lsX, &setup.lsY, &setup.clipZ, &setup.rays, &setup.depth, &setup.style})
     before += (v == &setup.lsX ? "" : ", ") + literal(*v);
   before += ");\n";
   const std::string group = before + R"(
@@ -560,6 +562,7 @@ void makeOnTheGpu(const std::string& version, bool isAll) {
   int which = 0;
   for (Frame frame : views(isAll)) {
     frame.shadowMap.depth = kDepthKinds[++which % 3];
+    frame.worldSpace = which % 2 == 0;
     frame.camera.shadowDistance = 60.0;
     constexpr int kWidth = 65, kHeight = 33;
     std::vector<float> depths = depthsOf(frame.camera, kWidth, kHeight, random, which == 5);
@@ -660,14 +663,14 @@ void makeOnTheGpu(const std::string& version, bool isAll) {
       const double z = viewDepthAt(frame.camera, static_cast<double>(d));
       if (z > 60.0 * (1.0 - 1e-6)) continue;
       ++samples;
-      const glm::dvec3 fromEye = viewPoint(frame.camera, (p % kWidth + 0.5) / kWidth, (p / kWidth + 0.5) / kHeight, z);
-      const int index = selectByViewDepth(*made, static_cast<float>(viewDepth(*made, fromEye)));
+      const glm::dvec3 world =
+          frame.camera.positionWs + viewPoint(frame.camera, (p % kWidth + 0.5) / kWidth, (p / kWidth + 0.5) / kHeight, z) - place->originWs;
+      const int index = selectByViewDepth(*made, static_cast<float>(viewDepth(*made, world)));
       ASSERT_GE(index, 0) << which << " " << z;
       ASSERT_LT(index, static_cast<int>(made->info.x)) << which << " " << z;
-      const glm::vec4 bounds = made->partitions[index].uvBounds;
-      const glm::dvec3 at = atlasPosition(*made, index, fromEye);
-      ASSERT_TRUE(at.x >= static_cast<double>(bounds.x) - 1e-6 && at.x <= static_cast<double>(bounds.z) + 1e-6 &&
-                  at.y >= static_cast<double>(bounds.y) - 1e-6 && at.y <= static_cast<double>(bounds.w) + 1e-6 && at.z >= 0.0 &&
+      const glm::dvec4 bounds(made->partitions[index].uvBounds);
+      const glm::dvec4 at = glm::dmat4(made->partitions[index].atlasFromWorld) * glm::dvec4(world, 1.0);  // w is 1
+      ASSERT_TRUE(at.x >= bounds.x - 1e-6 && at.x <= bounds.z + 1e-6 && at.y >= bounds.y - 1e-6 && at.y <= bounds.w + 1e-6 && at.z >= 0.0 &&
                   at.z <= 1.0)
           << which << " " << z << " " << at.x << " " << at.y << " " << at.z;
     }

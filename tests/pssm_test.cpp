@@ -124,6 +124,11 @@ TEST(Pssm, EmptyIsAnAnswer) {
     frame = usualFrame();
     frame.scene.planes = nowhere;
     isEmpty(frame, {.split = {}, .fit = fit});
+    frame = usualFrame();
+    const std::uint32_t none[8] = {};
+    const Samples samples{.near = 1.0, .far = 50.0, .histogram = none};
+    frame.samples = &samples;
+    isEmpty(frame, {.split = {}, .fit = fit});
   }
 }
 

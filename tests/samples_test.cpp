@@ -23,7 +23,7 @@ struct Picture {
   Camera camera;
   int width = 0, height = 0;
   std::vector<float> depths;
-  DepthImage image() const { return {depths.data(), width, height, width}; }
+  DepthImage image() const { return {depths.data(), width, height}; }  // rows without gaps need no stride
 };
 
 // Depths of all sizes with the background, NaN and values that are no depth between them.
@@ -107,6 +107,19 @@ TEST(Samples, NothingIsNoError) {
       EXPECT_EQ(solution.block.info.x, 0u);
       EXPECT_EQ(solve(frame)->partitionCount, 0);
     }
+    // No image at all.
+    const DepthImage none{nullptr, 11, 7};
+    Samples samples;
+    sampleRange(frame.camera, none, samples.near, samples.far);
+    EXPECT_EQ(samples.near, kInfinity);
+    EXPECT_EQ(samples.far, -kInfinity);
+    const float edges[] = {0.25f, 0.5f, 0.75f};
+    std::uint32_t counts[] = {9u, 9u};
+    sampleHistogram(frame.camera, none, edges, counts);
+    EXPECT_EQ(counts[0] + counts[1], 0u);
+    SampleBounds bounds[] = {{1.0, 10.0, {}, {}}};
+    sampleBounds(frame.camera, none, glm::dmat3(1.0), bounds);
+    EXPECT_EQ(keepBounds(bounds), 0u);
   }
 }
 

@@ -171,6 +171,25 @@ TEST(Sdsm, CoversWhatItWasGiven) {
   }
 }
 
+// Samples before the near plane, at the eye and behind it are not shadowed, and change nothing.
+TEST(Sdsm, NothingBeforeTheNearPlaneCounts) {
+  Frame frame = usualFrame();
+  Samples samples{.near = frame.camera.near, .far = 90.0};
+  frame.samples = &samples;
+  for (const SdsmScheme scheme : kSchemes)
+    for (const SampleNorm norm : {SampleNorm::max, SampleNorm::mean, SampleNorm::meanSquare}) {
+      samples.near = frame.camera.near;
+      const auto whole = solve(frame, {.scheme = scheme, .norm = norm});
+      ASSERT_EQ(whole->partitionCount, 4);
+      for (const double near : {0.05, 0.0, -1.0, -1e6}) {
+        samples.near = near;
+        const auto solution = solve(frame, {.scheme = scheme, .norm = norm});
+        ASSERT_EQ(solution->partitionCount, 4) << static_cast<int>(scheme) << " " << near;
+        EXPECT_NEAR(solution->maxError, whole->maxError, 1e-9 * whole->maxError) << static_cast<int>(scheme) << " " << near;
+      }
+    }
+}
+
 // Bins without samples get no map: a view of a hand and a hill.
 TEST(Sdsm, EmptyPartitionsVanish) {
   Frame frame = usualFrame();

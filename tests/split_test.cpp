@@ -107,12 +107,14 @@ TEST(Split, ExplicitDepthsAreKeptAndEmptyOnesDropped) {
   const std::vector<double> depths{0.5, 2.0, 30.0, 500.0};
   Budget budget;
   budget.partitions = 5;
-  const Splits splits = splitSpans({{1.0, 100.0}}, {.scheme = SplitScheme::explicitDepths, .depths = depths}, 5);
-  ASSERT_EQ(splits.count, 3);
-  EXPECT_EQ(splits.slices[0].near, 1.0);
-  EXPECT_EQ(splits.slices[0].far, 2.0);
-  EXPECT_EQ(splits.slices[1].far, 30.0);
-  EXPECT_EQ(splits.slices[2].far, 100.0);
+  for (const int count : {1, 2, 5}) {  // the depths decide, whatever the count
+    const Splits splits = splitSpans({{1.0, 100.0}}, {.scheme = SplitScheme::explicitDepths, .depths = depths}, count);
+    ASSERT_EQ(splits.count, 3);
+    EXPECT_EQ(splits.slices[0].near, 1.0);
+    EXPECT_EQ(splits.slices[0].far, 2.0);
+    EXPECT_EQ(splits.slices[1].far, 30.0);
+    EXPECT_EQ(splits.slices[2].far, 100.0);
+  }
 }
 
 TEST(Split, GapsGetNoPartition) {
@@ -133,6 +135,17 @@ TEST(Split, FewerMapsThanSpansJoinTheNearest) {
   EXPECT_EQ(splits.slices[0].near, 1.0);
   EXPECT_EQ(splits.slices[0].far, 4.0);
   EXPECT_EQ(splits.slices[1].near, 1000.0);
+}
+
+// Depths whose logarithms float64 cannot tell apart: one slice holds both.
+TEST(Split, SpansWithinRoundingOfAPoint) {
+  const double near = 1000.0, far = std::nextafter(near, 2000.0);
+  for (const int count : {1, 2, 4, 16}) {
+    const Splits splits = splitSpans({{near, near}, {far, far}}, {}, count);
+    ASSERT_EQ(splits.count, 1) << count;
+    EXPECT_EQ(splits.slices[0].near, near);
+    EXPECT_EQ(splits.slices[0].far, far);
+  }
 }
 
 // The greatest ratio over random spans is the least possible: no cover with a smaller ratio exists (brute force over a fine grid

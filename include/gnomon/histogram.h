@@ -39,8 +39,8 @@ struct SampleBins {
   bool isMonge = false, isSquareMonge = false;  // the costs of mean and of meanSquare are
 };
 
-// Bins of the region of a frame with samples; without a histogram every logarithm of depth counts alike. Finer histograms are joined to
-// kMaxBins.
+// Bins of the region of a frame with samples; without a histogram every logarithm of a depth that may be shadowed counts alike (where
+// an orthographic view begins at depth 0 or behind, every depth). Finer histograms are joined to kMaxBins.
 void makeBins(const Frame& frame, const Region& region, const LightSpace& light, SampleBins& bins) noexcept;
 
 // The norm of the error of slices that begin at these bins (first[0] = 0), in world units over pixel widths: times

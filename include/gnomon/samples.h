@@ -20,9 +20,9 @@ namespace GNOMON_EXPORT gnomon {
 // A float depth buffer as the camera's API stores it (gl_FragCoord.z): 0 to 1, whatever its clip space. The bottom row first; for images
 // whose top row comes first, the address of the last row and a negative stride.
 struct DepthImage {
-  const float* depths = nullptr;
+  const float* depths = nullptr;  // null: an image without samples
   int width = 0, height = 0;
-  std::ptrdiff_t stride = 0;  // floats from one row to the next
+  std::ptrdiff_t stride = 0;  // floats from one row to the next; 0: width
 };
 
 // Nearest and farthest view depth, exactly those of the depth values; none: infinity and -infinity, as Samples has it.

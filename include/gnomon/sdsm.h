@@ -43,11 +43,11 @@ struct SdsmState {
 
 // What gnomon_sdsm.glsl needs of a frame; its vec4s are GnomonSdsmSetup's.
 struct SdsmSetup {
-  glm::vec4 lsX, lsY, clipZ, rays, depth, tests;
+  glm::vec4 lsX, lsY, clipZ, rays, depth, style;
 };
 
-// For partitions made on the GPU. They serve a whole view, perspective or orthographic, camera-relative; scene, budget and light are the
-// frame's, its samples are not read (but their latency). Errors: those of every method.
+// For partitions made on the GPU. They serve a whole view, perspective or orthographic; scene, budget, light and worldSpace are the frame's,
+// its samples are not read (but their latency). Errors: those of every method.
 [[nodiscard]] Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept;
 
 // Partitions for one directional light from Frame::samples. No heap, no globals, no exceptions. Errors: those of every method,

@@ -22,7 +22,9 @@ struct SplitSettings {
   SplitScheme scheme = SplitScheme::logarithmic;
   double lambda = 0.5;  // practical: weight of the logarithmic planes [0, 1]
   double bias = 0.0;  // practical: added to interior planes, world units [>= 0]
-  std::span<const double> depths = {};  // explicitDepths: interior view depths, strictly increasing
+  // explicitDepths: view depths between slices, strictly increasing, fewer than Budget::partitions. They alone decide: a slice between each
+  // two, one before and one behind all, less those that hold nothing; neither count nor automatic makes more or fewer.
+  std::span<const double> depths = {};
   int count = 0;  // partitions [1, Budget::partitions]; 0: as many as the budget allows
   bool automatic = false;  // the least count whose predicted error meets Budget::targetError; count is then ignored
 };
@@ -60,11 +62,11 @@ struct Splits {
   Rows rows;
 };
 
-// Errors: splitLambda, splitBias, splitExplicit, splitCount, splitBiasOrder (the bias moves a plane past far or another plane).
+// Errors: splitLambda, splitBias, splitExplicit, splitCount; value, index: what was refused.
 [[nodiscard]] Status validate(const SplitSettings& settings, const Budget& budget, double& value, int& index) noexcept;
 
-// Splits the region's depth spans into at most `count` slices; fewer where a slice would hold nothing.
-// refused: the plane that broke the order, where the answer is splitBiasOrder.
+// Splits the region's depth spans into at most `count` slices, or as explicit depths do whatever their number; fewer where a slice would
+// hold nothing. Errors: splitBiasOrder (the bias moves a plane past far or another plane; refused: that bias).
 [[nodiscard]] Status split(const Region& region, const SplitSettings& settings, int count, Splits& splits, double& refused) noexcept;
 
 // True where the camera's depth buffer cannot tell neighbouring slices apart, so that shaders must select by view depth.

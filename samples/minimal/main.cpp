@@ -57,7 +57,7 @@ int main() {
   const double depth = gnomon::viewDepth(solution.block, point);
   const int served = gnomon::selectByViewDepth(solution.block, static_cast<float>(depth));
   if (served < 0) return 1;
-  const glm::dvec3 atlas = gnomon::atlasPosition(solution.block, served, point);
+  const glm::dvec4 atlas = gnomon::atlasPosition(solution.block, served, point);
   std::printf("the point at view depth %.2f reads map %d at uv (%.4f, %.4f), stored depth %.4f\n", depth, served, atlas.x, atlas.y,
               atlas.z);
   return 0;

@@ -46,8 +46,8 @@ struct SdsmSetup {
   glm::vec4 lsX, lsY, clipZ, rays, depth, style;
 };
 
-// For partitions made on the GPU. They serve a whole view, perspective or orthographic; scene, budget, light and worldSpace are the frame's,
-// its samples are not read (but their latency). Errors: those of every method.
+// For partitions made on the GPU. They serve a whole view, perspective or orthographic; scene, budget, light and worldSpace are the
+// frame's, its samples are not read (but their latency). Errors: those of every method.
 [[nodiscard]] Status sdsmSetup(const Frame& frame, SdsmSetup& setup) noexcept;
 
 // Partitions for one directional light from Frame::samples. No heap, no globals, no exceptions. Errors: those of every method,

@@ -407,13 +407,19 @@ class Chooser {
       gain = report_.candidates[at].neededTexels / found.neededTexels;
       return found.choice == best().candidate.choice;
     };
-    for (;;) {
+    const auto climb = [&] {  // to the number of maps that is predicted to cost least
       AutoCandidate at = predict(count, gain);
-      if (settings_.hasTarget && at.isMet)
-        for (const int step : {-one, one})
-          for (AutoCandidate next; isBetter(next = predict(count + step, gain), at); at = next) count += step;
-      if (!search(count)) break;
-    }
+      if (!settings_.hasTarget || !at.isMet) return;
+      for (const int step : {-one, one})
+        for (;;) {
+          const AutoCandidate next = predict(count + step, gain);
+          if (!isBetter(next, at)) break;
+          at = next;
+          count += step;
+        }
+    };
+    do climb();
+    while (search(count));
     if (settings_.hasTarget && best().candidate.isMet && !predict(count - one, gain).isMet && predict(count - one, kMostGain).isMet)
       (void)search(count - one);
   }

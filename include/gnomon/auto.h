@@ -84,7 +84,7 @@ struct AutoState {
 // Errors: autoPass, autoTexel, autoFit, autoSearch, autoHysteresis; value: what was refused.
 [[nodiscard]] Status validate(const AutoSettings& settings, double& value) noexcept;
 
-// Partitions for one directional light. No heap, no globals, no exceptions; some 180 KB of stack. Texels are shared so that every map ends
+// Partitions for one directional light. No heap, no globals, no exceptions; some 230 KB of stack. Texels are shared so that every map ends
 // with the same error; over budget all give way alike. Warning: targetMissed. On any refusal the answer has no partitions, its block reads
 // as lit and the state is as it was. Returns solution.status.
 Status solveAuto(const Frame& frame, const AutoSettings& settings, AutoState& state, Solution& solution,

@@ -296,7 +296,8 @@ TEST(Auto, ReceiversSideBySide) {
   }
 }
 
-// A choice made where samples allow no warp does not hold where they are gone.
+// A choice made where samples allow no warp does not hold where they are gone, not even for a light along the view, which no warp serves
+// better.
 TEST(Auto, ForgetsWhatSamplesForbade) {
   Frame frame = usualFrame();
   const SampleBounds all{0.2, 90.0, glm::dvec2(-100.0), glm::dvec2(100.0)};
@@ -304,6 +305,7 @@ TEST(Auto, ForgetsWhatSamplesForbade) {
   samples.near = all.near;
   samples.far = all.far;
   samples.bounds = {&all, 1};
+  frame.light.directionWs = frame.camera.forwardWs;
   for (const bool hasTarget : {false, true}) {
     AutoState state;
     frame.samples = &samples;
@@ -313,6 +315,7 @@ TEST(Auto, ForgetsWhatSamplesForbade) {
     frame.samples = nullptr;
     const auto second = choose(frame, {.hasTarget = hasTarget}, state), fresh = choose(frame, {.hasTarget = hasTarget});
     EXPECT_FALSE(second->why.isKept);
+    EXPECT_NE(second->why.candidates[second->why.chosen].choice.warp, Warp::none);
     EXPECT_EQ(second->solution.maxError, fresh->solution.maxError);
   }
 }

@@ -219,7 +219,8 @@ class Chooser {
     // Where nothing but the error counts, rows and faces may use all maps though slices do not.
     const int wedges = best().candidate.isMet && settings_.hasTarget ? std::max(count, 2) : most;
     considerWedges(AutoLayout::rows, wedges);
-    if (frame_.scene.receivers.size() > 1) considerWedges(AutoLayout::columns, wedges + wedges % 2);  // which part what lies side by side
+    if (frame_.scene.receivers.size() > 1)  // columns part what lies side by side
+      considerWedges(AutoLayout::columns, std::min(wedges + wedges % 2, most - most % 2));
     considerWedges(AutoLayout::faces, wedges);
     if (!canWarp_) return;
     if ((!settings_.hasTarget || !at.isMet) && count < guessed) (void)considerSlices(count);

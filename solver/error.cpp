@@ -187,11 +187,11 @@ TexelError certify(const glm::mat4& clipFromWorld, const glm::ivec4& viewport, c
   const glm::dvec4 s = row(0) * (viewport.z / 2.0), t = row(1) * (viewport.w / 2.0), wRow = row(3);
   // A texel's edges at a point are w a / D and w b / D, turned by a right angle, with the vectors a = w grad t - t grad w and
   // b = w grad s - s grad w, which are affine in the point like w and w_i, and D constant. Every point served is a mean of the
-  // vertices, sum of c_i v_i, and w a = sum over i, j of c_i c_j (w_i a_j + w_j a_i) / 2 while w_i = sum of c_i c_j (pixel_i + pixel_j) /
-  // 2: so the greatest |w_i a_j + w_j a_i| / (pixel_i + pixel_j) over all pairs bounds |w a| / w_i everywhere (Bernstein's form). i = j are
-  // the vertices themselves, and where w grows no faster than pixels they are the greatest: of the square, at most
-  // w_i^2 |a_j|^2 + w_j^2 |a_i|^2 + 2 w_i |a_i| w_j |a_j|, the last term is at most 2 m pixel_i pixel_j, m being the greatest over
-  // vertices.
+  // vertices, sum of c_i v_i, and w a = sum over i, j of c_i c_j (w_i a_j + w_j a_i) / 2
+  // while w_i = sum of c_i c_j (pixel_i + pixel_j) / 2: so the greatest |w_i a_j + w_j a_i| / (pixel_i + pixel_j) over all pairs bounds
+  // |w a| / w_i everywhere (Bernstein's form). i = j are the vertices themselves, and where w grows no faster than pixels they are the
+  // greatest: of the square, at most w_i^2 |a_j|^2 + w_j^2 |a_i|^2 + 2 w_i |a_i| w_j |a_j|, the last term is at most
+  // 2 m pixel_i pixel_j, m being the greatest over vertices.
   struct Vertex {
     glm::dvec2 a, b;
     glm::dvec3 norm;  // |a|^2, |b|^2 and the largest singular value of both, squared

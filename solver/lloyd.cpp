@@ -136,8 +136,8 @@ Status solveLloyd(const Frame& frame, const LloydSettings& settings, Solution& s
   if (isBest) making.warp = {.warp = Warp::least};
   const int most = settings.split.count > 0 ? settings.split.count : frame.budget.partitions;
   if (isBest) {
-    Frame all = frame;  // fewer maps than the budget allows may spend its texels, too
-    if (all.budget.texels == 0.0) all.budget.texels = texelsPerMap(frame.budget, most) * most;
+    Frame all = frame;  // fewer maps of an atlas than the budget allows may spend its texels, too; layers have the side they were made with
+    if (all.budget.texels == 0.0 && frame.shadowMap.layout == MapLayout::atlas) all.budget.texels = texelsPerMap(frame.budget, most) * most;
     if (makeBest(all, region, light, settings, making, most, solution)) return Status::ok;
   }
   for (int count = settings.split.automatic && !isBest ? 1 : most;; ++count) {

@@ -23,7 +23,7 @@ enum class LloydScheme : std::uint8_t {
   fpw,  // face partitions, each warped
   fpzpw,  // face partitions in rows, each warped
   // Whichever of them needs the fewest texels, with any count of maps that the budget allows: by Warp::least, or LiSPSM where that is less.
-  // Fewer maps spend the texels of all.
+  // Fewer maps spend the texels of all (but layers, whose side is the resolution).
   best,
 };
 

@@ -121,6 +121,37 @@ TEST_P(Parity, SamplesOfAView) {
   }
 }
 
+// The depth values of a slice hold those of its ends, off by what a view depth may be in float32, and little more.
+TEST_P(Parity, SdsmSliceDepths) {
+  Gpu gpu(GetParam());
+  Random random(94);
+  for (const Frame& frame : views(false)) {
+    const Camera& camera = frame.camera;
+    const SampleView view = sampleView(camera, 640, 360, glm::dmat3(1.0));
+    std::vector<glm::vec4> points;
+    for (int k = 0; k < 512; ++k) {
+      const bool isOrthographic = camera.projection == Projection::orthographic;
+      const double near = isOrthographic ? random.uniform(-14.0, 78.0) : camera.near * random.logUniform(1.0, 500.0);
+      points.emplace_back(static_cast<float>(near), static_cast<float>(near + std::abs(near) * random.logUniform(1e-4, 1.0)), 0.0f, 0.0f);
+    }
+    const auto out = gpu.run("vec4 law = " + literal(view.law) + ";\n  result = vec4(gnomonSliceDepths(law, point.xy), 0.0, 0.0);\n",
+                             GnomonBlock{}, points);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const glm::dvec2 slice(points[k]);
+      const auto ends = [&](double share) {
+        const double a = windowDepth(camera, slice.x - share * std::abs(slice.x)),
+                     b = windowDepth(camera, slice.y + share * std::abs(slice.y));
+        return glm::dvec2(std::min(a, b), std::max(a, b));
+      };
+      constexpr double kLost = 3e-6, kMost = 1e-5, kRoom = 3e-6;
+      ASSERT_LE(static_cast<double>(out[k].x), ends(kLost).x) << slice.x << " " << slice.y;
+      ASSERT_GE(static_cast<double>(out[k].y), ends(kLost).y) << slice.x << " " << slice.y;
+      ASSERT_GE(static_cast<double>(out[k].x), ends(kMost).x - kRoom) << slice.x << " " << slice.y;
+      ASSERT_LE(static_cast<double>(out[k].y), ends(kMost).y + kRoom) << slice.x << " " << slice.y;
+    }
+  }
+}
+
 // Floats keep their order as integers, and come back.
 TEST_P(Parity, OrderedFloats) {
   Gpu gpu(GetParam());

@@ -300,13 +300,23 @@ bool cutToSides(Cell& cell, const Wedge& wedge) noexcept {
 
 bool isSame(const Plane& a, const Plane& b) noexcept { return a.normal == b.normal && a.offset == b.offset; }
 
+// False where a receiver lies before or beyond all slices.
+bool meetsSlices(const Region& region, const Box& box, const DepthSpan& covered) noexcept {
+  const glm::dvec3 &forward = region.worldFromView[2], half = (box.maxWs - box.minWs) * 0.5, centre = box.minWs + half - region.eyeWs;
+  const double depth = glm::dot(forward, centre);
+  const glm::dvec3 magnitude = glm::abs(box.minWs) + glm::abs(box.maxWs) + glm::abs(region.eyeWs);
+  const double reach = glm::dot(glm::abs(forward), half) + 1e-14 * (magnitude.x + magnitude.y + magnitude.z);
+  return !(depth - reach > covered.far || depth + reach < covered.near);
+}
+
 // Calls visit(slice, cell seen from the light) for every slice and every part of the region that it may meet. Wedges that are rows
-// between the same sides are slabs of one cell.
+// between the same sides are slabs of one cell. covered: view depths that some slice covers.
 template <class Visit>
-void forEachCell(const Region& region, const LightSpace& light, const Splits& splits, Visit&& visit) noexcept {
+void forEachCell(const Region& region, const LightSpace& light, const Splits& splits, const DepthSpan& covered, Visit&& visit) noexcept {
   Cell storage;
   SeenCell seen;
   for (int i = 0; i < cellCount(region); ++i) {
+    if (!region.receivers.empty() && !meetsSlices(region, region.receivers[static_cast<std::size_t>(i)], covered)) continue;
     const Cell* cell = getCell(region, i, storage);
     if (!cell) continue;
     if (!splits.isWedged) look(*cell, light.lsFromView, {glm::dvec3(0.0, 0.0, 1.0), 0.0}, seen);
@@ -444,8 +454,10 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
   padSlices(region, splits, margin, byViewDepth, padded);
   const Camera& camera = region.camera;
   const glm::dvec2 sides(std::max(std::abs(camera.left), std::abs(camera.right)), std::max(std::abs(camera.down), std::abs(camera.up)));
+  DepthSpan covered{kInfinity, -kInfinity};
   for (int s = 0; s < splits.count; ++s) {
     Footprint& footprint = footprints[s];
+    covered = {std::min(covered.near, padded[s].near), std::max(covered.far, padded[s].far)};
     footprint.count = 0;
     footprint.depthNear = footprint.depthFar = 0.0;
     footprint.padded = padded[s];
@@ -483,7 +495,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
   if (cellCount(region) == 1) {
     Points points;
     Model model;
-    forEachCell(region, light, splits, [&](int s, const SeenCell& seen) {
+    forEachCell(region, light, splits, covered, [&](int s, const SeenCell& seen) {
       if (copyModel(model, footprints[model.slice], footprints[s])) {
         addServed(s, seen);
         return;
@@ -498,7 +510,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     return;
   }
   Points points[kMaxPartitions];
-  forEachCell(region, light, splits, [&](int s, const SeenCell& seen) { addSlice(s, seen, points[s]); });
+  forEachCell(region, light, splits, covered, [&](int s, const SeenCell& seen) { addSlice(s, seen, points[s]); });
   for (int s = 0; s < splits.count; ++s)
     if (points[s].count > 0) points[s].finish(footprints[s]);
   keep();

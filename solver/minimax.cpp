@@ -38,32 +38,34 @@ void insert(Joints& list, const Joint& joint) noexcept {
   ++list.count;
 }
 
-// The cheapest chain of at most `count` slices between joints no farther apart than `reach` places. Returns its joints. cost: of the slice
-// from joint a to b after the one from joint `before`, which is a where none is before it. Where the slice before decides what a slice must
-// cover, each one follows the cheapest chain that ends there: not every chain is compared, but all that begin well.
-template <typename Cost, typename Sum>
-Joints cheapestChain(const Joints& from, int count, int reach, bool isBlended, const Cost& cost, const Sum& sum) noexcept {
+// The cheapest chain of at most `count` slices between joints no farther apart than `reach` places. Returns its joints. price: writes the
+// costs of the slices from joint a to every one after it and before `end`, each after the slice from joint `before`, which is a where none
+// is before it. Where the slice before decides what a slice must cover, each one follows the cheapest chain that ends there: not every chain is
+// compared, but all that begin well.
+template <typename Price, typename Sum>
+Joints cheapestChain(const Joints& from, int count, int reach, bool isBlended, const Price& price, const Sum& sum) noexcept {
   const int last = from.count - 1;
   double least[kMaxPartitions + 1][kMaxJoints];
   int before[kMaxPartitions + 1][kMaxJoints] = {};
   for (int k = 0; k <= count; ++k) std::fill(least[k], least[k] + from.count, kInfinity);
   least[0][0] = 0.0;
-  for (int a = 0; a < last; ++a)
-    for (int b = a + 1; b <= std::min(a + reach, last); ++b) {
-      double own = 0.0;
-      int priced = -1;  // after which joint
-      for (int k = 1; k <= count; ++k) {
-        if (!(least[k - 1][a] < kInfinity)) continue;
-        if (const int after = isBlended && k > 1 ? before[k - 1][a] : a; after != priced) {
-          own = cost(after, a, b);
-          priced = after;
-        }
-        if (const double total = sum(least[k - 1][a], own); total < least[k][b]) {
+  double costs[kMaxJoints];
+  for (int a = 0; a < last; ++a) {
+    const int end = std::min(a + reach, last) + 1;
+    int priced = -1;  // after which joint
+    for (int k = 1; k <= count; ++k) {
+      if (!(least[k - 1][a] < kInfinity)) continue;
+      if (const int after = isBlended && k > 1 ? before[k - 1][a] : a; after != priced) {
+        price(after, a, end, costs);
+        priced = after;
+      }
+      for (int b = a + 1; b < end; ++b)
+        if (const double total = sum(least[k - 1][a], costs[b]); total < least[k][b]) {
           least[k][b] = total;
           before[k][b] = a;
         }
-      }
     }
+  }
   int slices = 1;
   for (int k = 2; k <= count; ++k)
     if (least[k][last] < least[slices][last]) slices = k;
@@ -91,17 +93,23 @@ void splitMinimax(const Frame& frame, const Region& region, const LightSpace& li
   const auto stepOf = [&](double depth) { return isPerspective ? std::log(depth / near) : depth; };
   MapFits maps;
   const auto choose = [&](const Joints& from, int reach) {
-    const auto cost = [&](int before, int a, int b) {
-      Splits pair;  // what the slice must cover depends on the one before, which it is blended with
-      if (before != a) pair.slices[pair.count++] = {from.joints[before].start, from.joints[a].end};
-      pair.slices[pair.count++] = {from.joints[a].start, from.joints[b].end};
-      fitMaps(frame, region, light, pair, settings, false, maps);
-      return maps.fits[pair.count - 1].needed;
+    // As many at once as fit: the region's cells are cut and looked at once for all of them.
+    const auto price = [&](int before, int a, int end, double* costs) {
+      const int each = before != a ? 2 : 1;  // what a slice must cover depends on the one before it, which it is blended with
+      for (int done = a + 1; done < end; done += kMaxPartitions / each) {
+        Splits slices;
+        for (int b = done; b < end && slices.count < kMaxPartitions; ++b) {
+          if (each == 2) slices.slices[slices.count++] = {from.joints[before].start, from.joints[a].end};
+          slices.slices[slices.count++] = {from.joints[a].start, from.joints[b].end};
+        }
+        fitMaps(frame, region, light, slices, settings, false, maps);
+        for (int i = 0; i < slices.count / each; ++i) costs[done + i] = maps.fits[each * i + each - 1].needed;
+      }
     };
     const bool isBlended = frame.margin.blend > 0.0;
     return settings.shares == Shares::equal
-               ? cheapestChain(from, count, reach, isBlended, cost, [](double a, double b) { return std::max(a, b); })
-               : cheapestChain(from, count, reach, isBlended, cost, [](double a, double b) { return a + b; });
+               ? cheapestChain(from, count, reach, isBlended, price, [](double a, double b) { return std::max(a, b); })
+               : cheapestChain(from, count, reach, isBlended, price, [](double a, double b) { return a + b; });
   };
 
   const int steps = (kGrid + count - 1) / count * count;  // so that planes of equal ratio are among them

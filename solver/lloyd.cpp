@@ -49,7 +49,9 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
   Solution tried;
   double least = kInfinity;
   bool areAlike = false;
-  const auto consider = [&](const Choice& choice) {
+  double gains[static_cast<int>(LloydScheme::best) + 1];  // of the least warp over LiSPSM, at least, by scheme; rows are those of `best`
+  std::fill(std::begin(gains), std::end(gains), kInfinity);
+  const auto consider = [&](const Choice& choice) {  // returns what it needs roughly
     double refused = 0.0;
     std::uint32_t warnings = 0;
     splits = {};
@@ -60,18 +62,24 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
                warnings != 0) {
       splits.count = 0;
     }
-    if (splits.count == 0) return false;
-    // A named warp says at a tenth of the price what has no hope: what won by the least warp hardly ever needed more than this by LiSPSM,
-    // times the least so far, in 2700 views of 4, 8 and 16 maps. Faces and what a box has cut are seldom along LiSPSM's axis.
-    constexpr double kHopeless = 2.5, kHopelessAlike = 1.4, kHopelessRows = 1.2;
-    const double hopeless = choice.columns > 0 ? kHopelessRows : areAlike && !hasFaces(choice.scheme) ? kHopelessAlike : kHopeless;
+    if (splits.count == 0) return kInfinity;
+    // A named warp says at a tenth of the price what has no hope: what won by the least warp did not need more than this by LiSPSM, times
+    // the least so far, nor gain this over what another of its scheme gained, but in 2 of 33 000 views of 1 to 16 maps, whole or cut. Faces
+    // and what a box has cut are seldom along LiSPSM's axis.
+    constexpr double kHopeless = 3.5, kHopelessAlike = 1.4, kHopelessRows = 1.2, kHopelessKin = 1.6;
+    double& gain = gains[static_cast<int>(choice.scheme)];
+    const double mostGain = choice.columns > 0                     ? kHopelessRows
+                            : areAlike && !hasFaces(choice.scheme) ? kHopelessAlike
+                                                                   : kHopeless,
+                 hopeless = std::min(mostGain, kHopelessKin * gain);
     fitMaps(frame, region, light, splits, roughly, needsViewDepth(region, splits), maps);
     const double roughTexels = maps.neededTexels;
-    if (!(roughTexels < hopeless * least)) return false;
+    if (!(roughTexels < hopeless * least)) return roughTexels;
     std::copy_n(maps.fits, splits.count, rough);
     searching.most = least;
+    searching.gain = hopeless;
     refitMaps(region, light, splits, searching, maps);
-    bool isBetter = false;
+    gain = std::min(gain, roughTexels / maps.neededTexels);
     const auto make = [&](const MapSettings& by) {
       if (!(maps.neededTexels < least)) return;  // what is made never needs less
       clear(tried);
@@ -79,32 +87,35 @@ bool makeBest(const Frame& frame, const Region& region, const LightSpace& light,
       if (placeMaps(frame, region, light, splits, by, maps, tried) != Status::ok || !(tried.neededTexels < least)) return;
       least = tried.neededTexels;
       solution = tried;
-      isBetter = true;
     };
     make(making);
     std::copy_n(rough, splits.count, maps.fits);
     maps.neededTexels = roughTexels;
     make(roughly);
-    return isBetter;
+    return roughTexels;
   };
-  // Of a whole view, whose slices are alike, more z-partitions need fewer texels until overlap outweighs, and more rows of faces too.
-  (void)consider({LloydScheme::zpw, most});
+  double before = consider({LloydScheme::zpw, most});
   areAlike = splits.count > 0 && maps.footprints[splits.count - 1].like == 0;
+  if (settings.rows) {  // early: of a view that a box has cut they mostly win, and what is to beat leaves less to search
+    makeRowPlane(region, light, plane);
+    roughly.whole = searching.whole = &plane.whole;
+    // Columns part what lies side by side, which the whole of a view does not.
+    constexpr int kMostColumns = 4;
+    const int mostColumns = areAlike ? 1 : std::min(kMostColumns, most);
+    for (int columns = 1; columns <= mostColumns; ++columns) (void)consider({LloydScheme::best, most, columns});
+  }
+  // Of a whole view, whose slices are alike, more z-partitions need fewer texels until overlap outweighs, and more rows of faces too.
   // minimax knows by itself when fewer need less.
-  for (int count = settings.minimax ? 0 : most - 1; count >= 1; --count)
-    if (!consider({LloydScheme::zpw, count}) && areAlike) break;
+  for (int count = settings.minimax ? 0 : most - 1; count >= 1; --count) {
+    const double texels = consider({LloydScheme::zpw, count});
+    if (areAlike && !(texels < before)) break;
+    before = texels;
+  }
   if (!areAlike) (void)consider({LloydScheme::fpw, most});
   // Gaps between a few receivers are worth a search; one has none, and of hundreds it would take milliseconds.
   if (const std::size_t boxes = region.receivers.size(); boxes > 1 && boxes <= kMaxKeptCells)
     (void)consider({LloydScheme::zpw, most, 0, true});
   (void)consider({LloydScheme::fpzpw, most});
-  if (!settings.rows) return least < kInfinity;
-  makeRowPlane(region, light, plane);
-  roughly.whole = searching.whole = &plane.whole;
-  // Columns part what lies side by side, which the whole of a view does not.
-  constexpr int kMostColumns = 4;
-  const int mostColumns = areAlike ? 1 : std::min(kMostColumns, most);
-  for (int columns = 1; columns <= mostColumns; ++columns) (void)consider({LloydScheme::best, most, columns});
   return least < kInfinity;
 }
 

@@ -98,8 +98,14 @@ void refitMaps(const Region& region, const LightSpace& light, const Splits& spli
   // Bounds of samples cut the rectangles; what a warp is certified over would lie outside of them, so maps are not warped there.
   const WarpSettings warp = region.bounds.empty() ? settings.warp : WarpSettings{};
   const bool isWarping = maps.hasServed && warp.warp != Warp::none;
+  double rest[kMaxPartitions + 1] = {};  // what the maps from each on need at least
+  for (int i = splits.count; i-- > 0 && settings.gain < kInfinity;) rest[i] = rest[i + 1] + maps.fits[i].needed / settings.gain;
   maps.neededTexels = 0.0;
-  for (int i = 0; i < splits.count && !(maps.neededTexels > settings.most); ++i) {
+  for (int i = 0; i < splits.count; ++i) {
+    if (maps.neededTexels + rest[i] > settings.most) {
+      maps.neededTexels += rest[i];
+      return;
+    }
     MapFit& fit = maps.fits[i];
     if (const int like = maps.footprints[i].like; like != i) {
       copyFit(maps.fits[like], maps.footprints[i], fit);

@@ -40,8 +40,8 @@ void insert(Joints& list, const Joint& joint) noexcept {
 
 // The cheapest chain of at most `count` slices between joints no farther apart than `reach` places. Returns its joints. price: writes the
 // costs of the slices from joint a to every one after it and before `end`, each after the slice from joint `before`, which is a where none
-// is before it. Where the slice before decides what a slice must cover, each one follows the cheapest chain that ends there: not every chain is
-// compared, but all that begin well.
+// is before it. Where the slice before decides what a slice must cover, each one follows the cheapest chain that ends there: not every
+// chain is compared, but all that begin well.
 template <typename Price, typename Sum>
 Joints cheapestChain(const Joints& from, int count, int reach, bool isBlended, const Price& price, const Sum& sum) noexcept {
   const int last = from.count - 1;

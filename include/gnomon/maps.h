@@ -30,7 +30,8 @@ struct MapSettings {
   const Footprint* whole = nullptr;  // the region's, which rows are cut from; null: each column's own is made
   Shares shares = Shares::equal;
   const WarpHint* hints = nullptr;  // where the search of each slice's least warp begins; null: everywhere
-  double most = kInfinity;  // texels: fitting stops once the sum exceeds this; neededTexels is then a lower bound
+  double most = kInfinity;  // texels: fitting stops once the sum will exceed this; neededTexels is then a lower bound
+  double gain = kInfinity;  // for maps that are fitted again: how many times fewer texels than before those still to come may need
   int chained = 0;  // where > 0, each slice's search but the first begins with the map before's and tries so many shapes beside it
 };
 

@@ -183,6 +183,20 @@ TEST(Camera, WindowDepthIsTheProjectionsOwn) {
   }
 }
 
+// No product of near and far on the way leaves double's range.
+TEST(Camera, WindowDepthOfAnyRange) {
+  Camera camera;
+  camera.near = 1e-15;
+  camera.far = 1e300;
+  for (const DepthConvention depth : {DepthConvention::zeroToOne, DepthConvention::reversedZeroToOne}) {
+    camera.depth = depth;
+    const double atNear = depth == DepthConvention::reversedZeroToOne ? 1.0 : 0.0;
+    EXPECT_EQ(windowDepth(camera, camera.near), atNear);
+    EXPECT_EQ(windowDepth(camera, camera.far), 1.0 - atNear);
+    EXPECT_DOUBLE_EQ(windowDepth(camera, 0.1), std::abs(1.0 - atNear - 1e-14));  // n / z of the way back from the far plane
+  }
+}
+
 // Two depths apart by the quantum have different float32 values, whatever the rounding.
 TEST(Camera, QuantumIsEnoughToTellDepthsApart) {
   Random random(7);

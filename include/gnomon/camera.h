@@ -53,7 +53,7 @@ void enclose(std::span<const Camera> cameras, const Camera& axis, glm::dvec3 (&c
   // gl_FragCoord.z is window depth: negativeOneToOne and zeroToOne have the same.
   if (camera.projection == Projection::orthographic) return isReversed ? (f - z) / (f - n) : (z - n) / (f - n);
   if (!std::isfinite(f)) return isReversed ? n / z : 1.0 - n / z;
-  return isReversed ? n / (f - n) * ((f - z) / z) : f / (f - n) * ((z - n) / z);  // [Zhang 2006, eq. 8 corrected]
+  return isReversed ? n / z * ((f - z) / (f - n)) : f / (f - n) * ((z - n) / z);  // [Zhang 2006, eq. 8 corrected]
 }
 
 // The inverse: the view depth of a window depth.

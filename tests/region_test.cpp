@@ -101,6 +101,67 @@ TEST(Region, BoxesAreAUnionWithGaps) {
   EXPECT_NEAR(region.spans[1].far, 60.0, 1e-12);
 }
 
+// Of several boxes one that is all in view is its eight corners, one beyond a side of the view is nothing.
+TEST(Region, BoxesInViewAndOutOfIt) {
+  Random random(1107);
+  int whole = 0, none = 0, cut = 0;
+  for (int k = 0; k < 600; ++k) {
+    Frame frame = plainFrame();
+    frame.camera =
+        perspective(random.direction() * random.logUniform(1.0, 1e6), random.direction(), random.direction(), 1.2, 1.5, 1.0, 100.0);
+    const Axes axes(frame.camera);
+    const double depth = random.logUniform(1.0, 150.0);
+    const glm::dvec3 centre = frame.camera.positionWs + (axes.forward + axes.right * random.uniform(-1.5, 1.5)) * depth,
+                     half = depth * glm::dvec3(random.uniform(0.01, 0.3), random.uniform(0.01, 0.3), random.uniform(0.01, 0.3));
+    const Box boxes[] = {{centre - half, centre + half}, {frame.camera.positionWs - 1.0, frame.camera.positionWs + 50.0}};
+    frame.scene.receivers = boxes;
+    glm::dvec3 corners[8];
+    int inside = 0, beyond[6] = {};
+    for (int i = 0; i < 8; ++i) {
+      const glm::dvec3 ws((i & 1 ? boxes[0].maxWs : boxes[0].minWs).x, (i & 2 ? boxes[0].maxWs : boxes[0].minWs).y,
+                          (i & 4 ? boxes[0].maxWs : boxes[0].minWs).z),
+          fromEye = ws - frame.camera.positionWs;
+      const glm::dvec3 p = corners[i] = {glm::dot(fromEye, axes.right), glm::dot(fromEye, axes.up), glm::dot(fromEye, axes.forward)};
+      const double room[] = {frame.camera.left * p.z + p.x,
+                             frame.camera.right * p.z - p.x,
+                             frame.camera.down * p.z + p.y,
+                             frame.camera.up * p.z - p.y,
+                             p.z - 1.0,
+                             100.0 - p.z};
+      inside += *std::min_element(room, room + 6) > 1e-6;
+      for (int side = 0; side < 6; ++side) beyond[side] += room[side] < -1e-6;
+    }
+    const Region region = regionOf(frame);
+    Cell storage;
+    const Cell* cell = getCell(region, 0, storage);
+    if (*std::max_element(beyond, beyond + 6) == 8) {
+      EXPECT_EQ(cell, nullptr) << k;
+      ++none;
+    } else if (inside == 8) {
+      ASSERT_NE(cell, nullptr) << k;
+      EXPECT_EQ(cell->vertexCount, 8) << k;
+      for (const glm::dvec3& corner : corners) {
+        double least = kInfinity;
+        for (int v = 0; v < cell->vertexCount; ++v) least = std::min(least, glm::distance(cell->vertices[v], corner));
+        EXPECT_LE(least, 1e-8) << k;
+      }
+      ++whole;
+    } else if (cell) {  // no vertex of what is cut is out of view
+      for (int v = 0; v < cell->vertexCount; ++v) {
+        const glm::dvec3& p = cell->vertices[v];
+        EXPECT_GE(std::min({frame.camera.left * p.z + p.x, frame.camera.right * p.z - p.x, frame.camera.down * p.z + p.y,
+                            frame.camera.up * p.z - p.y, p.z - 1.0, 100.0 - p.z}),
+                  -1e-8)
+            << k;
+      }
+      ++cut;
+    }
+  }
+  EXPECT_GT(whole, 50);
+  EXPECT_GT(none, 50);
+  EXPECT_GT(cut, 50);
+}
+
 TEST(Region, FlatBoxesAndPoints) {
   Frame frame = plainFrame();
   const std::vector<Box> wall{{{-2, -2, -20}, {2, 2, -20}}}, point{{{0, 0, -5}, {0, 0, -5}}};

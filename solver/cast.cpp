@@ -27,8 +27,9 @@ void makeCaps(const Region& region, const LightSpace& light, CullShape& shape) n
     const bool isDepth = plane.normal.x == 0.0 && plane.normal.y == 0.0;  // near or far: a slice's own are tighter
     if (isDepth || !(glm::dot(plane.normal, light.directionVs) < 0.0)) continue;
     if (shape.count + kMaxSides == kMaxCullPlanes) break;
-    const double scale = 1.0 / std::sqrt(glm::dot(plane.normal, plane.normal));
-    addPlane(region, region.worldFromView * plane.normal * scale, plane.offset * scale, shape);
+    const glm::dvec3 inward = unit(plane.normal), size = glm::abs(plane.normal);  // squares of a half-space's may leave double's range
+    const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+    addPlane(region, region.worldFromView * inward, plane.offset / plane.normal[axis] * inward[axis], shape);
   }
   shape.capCount = shape.count;
 }

@@ -74,6 +74,29 @@ TEST(Cast, MayCastTestsBoxes) {
   EXPECT_FALSE(mayCast(map, {{-1, -91, -6}, {1, -90, -5}}));
 }
 
+// The planes that a half-space gives are those of one whose normal is unit, however long its own is.
+TEST(Cast, PlanesOfHalfSpacesOfAnyLength) {
+  Frame frame;
+  frame.camera = perspective({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, kPi / 2.0, 1.0, 1.0, 10.0);
+  frame.light.directionWs = {0.2, -1, 0.1};
+  const glm::dvec4 plane(0.36, 0.8, 0.48, 2.0);
+  frame.scene.planes = {&plane, 1};
+  const auto expected = solve(frame);
+  ASSERT_GT(expected->partitionCount, 0);
+  for (const double length : {1e-200, 1e-170, 1e-100, 1e100, 1e170, 1e200}) {
+    const glm::dvec4 scaled = plane * length;
+    frame.scene.planes = {&scaled, 1};
+    const auto found = solve(frame);
+    ASSERT_EQ(found->partitionCount, expected->partitionCount) << length;
+    for (int i = 0; i < found->partitionCount; ++i) {
+      const Partition &a = found->partitions[i], &b = expected->partitions[i];
+      ASSERT_EQ(a.cullPlaneCount, b.cullPlaneCount) << length;
+      for (int p = 0; p < a.cullPlaneCount; ++p)
+        for (int c = 0; c < 4; ++c) EXPECT_NEAR(a.cullPlanes[p][c], b.cullPlanes[p][c], 1e-9) << length << " " << i << " " << p;
+    }
+  }
+}
+
 // Casters over the map lie inside its depth range; those beside it do not stretch it; receivers lie inside always.
 TEST(Cast, DepthRangeReachesTheCasters) {
   Frame frame;

@@ -38,7 +38,6 @@ Status refuse(Solution& solution, Status status) noexcept {
   const double value = solution.refusedValue;
   clear(solution);
   clearBlock(solution.block);
-  for (auto& partition : solution.block.partitions) partition = {};  // what was refused may be no number
   solution.refusedIndex = index;
   solution.refusedValue = value;
   return solution.status = status;

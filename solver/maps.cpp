@@ -244,7 +244,9 @@ Status placeMaps(const Frame& frame, const Region& region, const LightSpace& lig
   solution.storageFactor = solution.neededTexels / (frame.image.width * frame.image.height);
   const bool isFinite = writeBlock(frame, region, light, made, maps.byViewDepth, clipFromWorld, solution) &&
                         std::isfinite(solution.maxError) && std::isfinite(solution.storageFactor) && std::isfinite(solution.limitTexels);
-  return isFinite ? Status::ok : Status::floatRange;
+  if (isFinite) return Status::ok;
+  for (auto& partition : solution.block.partitions) partition = {};  // an answer of fewer maps, or none, leaves the others as they are
+  return Status::floatRange;
 }
 
 }  // namespace gnomon

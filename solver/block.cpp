@@ -132,10 +132,11 @@ void writeRows(const Region& region, const Rows& rows, const glm::dvec3& originW
     if (rows.cells[c] >= 0) block.rowCells[c / 4] ^= (255u ^ static_cast<unsigned>(rows.cells[c])) << (8 * (c % 4));
   vec4& rule = block.rowRule;
   rule.x = static_cast<float>(rows.count - 1);
-  if (!(rows.growth > 0.0 && rows.slope > 0.0)) return;
+  const double atOrigin = 1.0 - rows.slope * rows.from;
+  if (!(rows.growth > 0.0 && rows.slope > 0.0 && std::isfinite(atOrigin))) return;
   constexpr double kLogOfTwo = 0.6931471805599453;
   rule.y = bound(rows.slope);
-  rule.z = bound(1.0 - rows.slope * rows.from);
+  rule.z = bound(atOrigin);
   const float perOctave = bound(kLogOfTwo / rows.growth);
   for (int i = 1; i < rows.count; ++i) {
     constexpr float kClose = 0.02f;  // rows: the shader's slack of 0.05 allows for it

@@ -185,6 +185,7 @@ struct ServedPoints {
     const auto [least, most] = std::minmax_element(all.pixels, all.pixels + all.count);
     const double ratio = std::sqrt(std::sqrt(*most / *least));  // between bands
     served->count = 0;
+    served->isCondensed = true;
     double from = 0.0, to = *least;
     for (int band = 0; band < kBands; ++band, from = to) {
       to = band + 1 < kBands ? to * ratio : kInfinity;
@@ -398,7 +399,7 @@ void addRows(const Cell& part, const Region& region, const LightSpace& light, co
     const Served* points = made[i].points.served;
     if (!points || points->count == 0) continue;  // sides are cut in space, hulls on the plane: rounding may leave one without the other
     if (i + 1 == rows.count) std::copy_n(hull, count, row);
-    footprint->count = rowCount > 0 ? rowCount : makeHull(points->points, points->count, row);
+    footprint->count = rowCount > 0 && !points->isCondensed ? rowCount : makeHull(points->points, points->count, row);
     footprint->depthNear = made[i].near;
     footprint->depthFar = made[i].far;
   }
@@ -465,7 +466,10 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
     footprint.scale = 1.0;
     footprint.apart = 0.0;
     footprint.reach = farthestReach(region, sides, footprint.padded);
-    if (served) served[s].count = 0;
+    if (served) {
+      served[s].count = 0;
+      served[s].isCondensed = false;
+    }
   }
   const auto addServed = [&](int s, const SeenCell& seen) {
     if (!served) return;
@@ -480,6 +484,12 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
       addSlab(points, seen, padded[s]);
       addServed(s, seen);
     }
+  };
+  // A map holds what stands for the points it serves, too: beyond its hull a warp has no w.
+  const auto finish = [&](int s, Points& points) {
+    if (served && served[s].isCondensed)
+      for (int i = 0; i < served[s].count; ++i) points.add(served[s].points[i], 0.0);
+    if (points.count > 0) points.finish(footprints[s]);
   };
   const auto keep = [&] {
     for (int s = 0; s < splits.count && !region.bounds.empty(); ++s) {
@@ -503,7 +513,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
       points.clear();
       addSlice(s, seen, points);
       if (points.count == 0) return;
-      points.finish(footprints[s]);
+      finish(s, points);
       if (mayCopy && !splits.isWedged) model = makeModel(s, seen, footprints[s].padded, copyTolerance(footprints[s]));
     });
     keep();
@@ -511,8 +521,7 @@ void makeFootprints(const Region& region, const LightSpace& light, const Splits&
   }
   Points points[kMaxPartitions];
   forEachCell(region, light, splits, covered, [&](int s, const SeenCell& seen) { addSlice(s, seen, points[s]); });
-  for (int s = 0; s < splits.count; ++s)
-    if (points[s].count > 0) points[s].finish(footprints[s]);
+  for (int s = 0; s < splits.count; ++s) finish(s, points[s]);
   keep();
 }
 

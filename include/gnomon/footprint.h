@@ -49,6 +49,7 @@ struct Footprint {
 // The vertices of what a map serves, unpadded: every point it serves is a mean of them.
 struct Served {
   int count;
+  bool isCondensed;  // there were too many: fewer stand for them, some of which lie outside of the others' hull
   glm::dvec3 points[kMaxHull];  // light space
   double pixels[kMaxHull];  // w_i there, world units
 };

@@ -236,7 +236,8 @@ void soak(std::uint64_t otherwise, const HardMethod& method) {
     const std::string failure = failureOf(method, seed, *solution);
     if (!failure.empty() && ++failures <= 200) ADD_FAILURE() << failure;
     const std::uint64_t done = seed - first + 1, step = std::max<std::uint64_t>(count / 100, 1);
-    if (count > kCases && done % step == 0) std::cerr << method.name << ": " << done << " of " << count << ", failures: " << failures << '\n';
+    if (count > kCases && done % step == 0)
+      std::cerr << method.name << ": " << done << " of " << count << ", failures: " << failures << '\n';
   }
 }
 

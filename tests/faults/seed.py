@@ -17,12 +17,13 @@ import time
 
 FAULTS = [
     # camera
-    ('include/gnomon/camera.h', 'return isReversed ? n / (f - n) * ((f - z) / z) : f / (f - n) * ((z - n) / z);', 'return isReversed ? n / (f - n) * ((f - z) / z) : f / (f - n) * ((z - n) / f);', 'eq. 8 as misprinted'),
+    ('include/gnomon/camera.h', 'return isReversed ? n / z * ((f - z) / (f - n)) : f / (f - n) * ((z - n) / z);', 'return isReversed ? n / z * ((f - z) / (f - n)) : f / (f - n) * ((z - n) / f);', 'eq. 8 as misprinted'),
     ('solver/camera.cpp', 'const double fromNear = isReversed ? 1.0 - d : d, fromFar', 'const double fromNear = isReversed ? d : d, fromFar', 'wrong depth convention'),
     ('include/gnomon/camera.h', 'constexpr double kRounding = 2.0 * kFloatUlp;', 'constexpr double kRounding = 0.0 * kFloatUlp;', 'dropped depth quantum'),
     # region
     ('solver/region.cpp', 'cell.vertices[i] = glm::dvec3(((i & 1) ? camera.right : -camera.left) * k,', 'cell.vertices[i] = glm::dvec3(((i & 1) ? camera.left : -camera.right) * k,', 'swapped tangents'),
     ('solver/region.cpp', 'const Plane plane{normal * region.worldFromView, atEye + p.w};', 'const Plane plane{normal * region.worldFromView, atEye - p.w};', 'half-space of the wrong sign'),
+    ('solver/region.cpp', 'if (distance + reach < -rounding) return Where::outside;', 'if (distance - reach < -rounding) return Where::outside;', 'a box across a side taken for one beyond it'),
     ('solver/region.cpp', '{-viewFromWorld[axis], greatest - eye}', '{-viewFromWorld[axis], greatest + eye}', 'box moved by the eye'),
     ('solver/region.cpp', 'const double room = samples.latency + (near == far', 'const double room = (near == far', 'dropped latency'),
     # split

@@ -179,7 +179,7 @@ class Chooser {
   // True where the target is missed by little.
   [[nodiscard]] bool isNear() const noexcept {
     const AutoCandidate& found = fitted_[best_].candidate;
-    return settings_.hasTarget && !found.isMet && found.error < kNear * frame_.budget.targetError;
+    return settings_.hasTarget && hasBest() && !found.isMet && found.error < kNear * frame_.budget.targetError;
   }
 
   // Compares what the time did not suffice for as well.
@@ -222,7 +222,7 @@ class Chooser {
     if (frame_.scene.receivers.size() > 1)  // columns part what lies side by side
       considerWedges(AutoLayout::columns, std::min(wedges + wedges % 2, most - most % 2));
     considerWedges(AutoLayout::faces, wedges);
-    if (!canWarp_) return;
+    if (!canWarp_ || !hasBest()) return;
     if ((!settings_.hasTarget || !at.isMet) && count < guessed) (void)considerSlices(count);
     const AutoCandidate& found = best().candidate;
     const AutoChoice searched{found.choice.layout, found.choice.count, Warp::least};
@@ -299,8 +299,10 @@ class Chooser {
     constexpr double kFit = 4.0, kSides = 7.0;
     return trials > 0 ? kFit + kSides + trials : kFit;
   }
-  // False where so many fits would take the choice past its time: what has not been compared by then is not.
-  [[nodiscard]] bool canAfford(int fits, int trials) const noexcept { return !hasBest() || work_ + fits * workOf(trials) <= mostWork_; }
+  // False where so many fits would take the choice past its time, or the report is full: what has not been compared by then is not.
+  [[nodiscard]] bool canAfford(int fits, int trials) const noexcept {
+    return !hasBest() || (work_ + fits * workOf(trials) <= mostWork_ && report_.count < kMaxCandidates);
+  }
 
   // True where no choice of so many maps, of which so many are fitted by themselves, can be better than the best: what it takes at least
   // costs more.

@@ -329,6 +329,7 @@ TEST(Hard, PastFailures) {
   EXPECT_EQ(failureOf(kHardMethods[3], 2074, *solution), "");  // a slice's padded start took points of the slice before, across a gap
   EXPECT_EQ(failureOf(kHardMethods[4], 190186, *solution), "");  // the short end of a thin hull was extended past where w is 0
   EXPECT_EQ(failureOf(kHardMethods[1], 215268, *solution), "");  // what stands for the points of hundreds of receivers lay where w is 0
+  EXPECT_EQ(failureOf(kHardMethods[4], 544465, *solution), "");  // more to compare than the report has room for: a search without end
   EXPECT_EQ(failureOf(kDepthImages, 410935, *solution),
             "");  // a view seen edge-on: points that rounding alone tells apart bent a hull inwards
 }

@@ -198,7 +198,8 @@ bool writeBlock(const Frame& frame, const Region& region, const LightSpace& ligh
   block.bias = vec4(glm::dvec4(frame.bias.slope, frame.bias.constant, 0.0, 0.0));
 
   if (slices.rows.count > 0) writeRows(region, slices.rows, solution.originWs, block);
-  bool isFine = isFiniteVector(block.origin) && isFiniteVector(block.viewPlane) && isFiniteVector(block.depthRule);
+  bool isFine = isFiniteVector(block.origin) && isFiniteVector(block.viewPlane) && isFiniteVector(block.depthRule) &&
+                isFiniteVector(block.rowAlong) && isFiniteVector(block.rowAcross);
   for (int i = 0; i < slices.rows.count; ++i)
     isFine = isFine && std::isfinite(block.rows[i].x) && std::isfinite(block.rows[i].y) && std::isfinite(block.rows[i].z);
   for (int i = 0; i < count; ++i) {

@@ -202,7 +202,7 @@ bool cutToBox(Cell& cell, const Box& box, const Region& region) noexcept {
 
 enum class Where : std::uint8_t { outside, across, inside };
 
-// Where a box lies to the volume, as its planes tell at a twentieth of the price of cutting: surely beyond one, surely within all, or
+// Where a box lies to the volume, as its planes tell at a tenth of the price of cutting: surely beyond one, surely within all, or
 // neither. centre, half: of the box, in view space from the eye and along the world's axes.
 Where whereIs(const Box& box, const glm::dvec3& centre, const glm::dvec3& half, const Region& region) noexcept {
   const glm::dmat3 viewFromWorld = glm::transpose(region.worldFromView);

@@ -84,7 +84,7 @@ fuzz: setup
 	cmake --preset fuzz >build-configure.log 2>&1 || { cat build-configure.log >&2; exit 1; }
 	cmake --build build-fuzz -j $(JOBS) --target $(addprefix fuzz_,$(FUZZ))
 	@set -e; for target in $(FUZZ); do mkdir -p build-fuzz/corpus/$$target; echo "fuzz_$$target: $(TIME) s"; \
-	  ASAN_OPTIONS=detect_leaks=0 build-fuzz/tests/fuzz_$$target -max_total_time=$(TIME) -print_final_stats=1 -verbosity=0 \
+	  ASAN_OPTIONS=detect_leaks=0 build-fuzz/tests/fuzz_$$target -max_total_time=$(TIME) -print_final_stats=1 -verbosity=0 -artifact_prefix=build-fuzz/corpus/ \
 	    build-fuzz/corpus/$$target tests/fuzz/corpus/$$target; done
 
 # A million cases of every method that solves, or CASES.
